@@ -1,0 +1,92 @@
+// The two lighting models, for punctual lights. Unit vectors: n normal, v to the eye, l to the light.
+//
+//   From  Khronos, "glTF 2.0 Specification", appendix B, 2021 (pbr: GGX distribution, height-correlated Smith masking,
+//         Schlick's Fresnel); Vucurevich, 2007 (phong, normalised Blinn-Phong).
+
+#include "lib/lanes.cl"
+
+#define INV_PI 0.31830988618f
+
+// What the models need of a surface.
+typedef struct Reflectance {
+  Vec3L diffuse;      // pbr: base (1 - metallic); phong: the same, called kd
+  Vec3L specular;     // pbr: F0; phong: ks
+  FloatL roughness;   // perceptual; its square is the GGX alpha
+  IntL mirror;        // roughness 0: no highlight of a punctual light
+} Reflectance;
+
+// Schlick's (1 - cos)^5.
+static inline FloatL schlick5(FloatL cosine)
+{
+  FloatL m = FLOATL(1) - min_lane(cosine, FLOATL(1));
+  FloatL m2 = m * m;
+  return m2 * m2 * m;
+}
+
+static inline Vec3L fresnel_schlick(Vec3L f0, FloatL cosine)
+{
+  FloatL f = schlick5(cosine);
+  return vec3l(f0.x + (FLOATL(1) - f0.x) * f, f0.y + (FLOATL(1) - f0.y) * f, f0.z + (FLOATL(1) - f0.z) * f);
+}
+
+// f x max(0, n.l), pbr. The GGX denominator is alpha^2 (n.h)^2 + |n x h|^2, which keeps its digits for small alpha.
+static inline Vec3L brdf_pbr(const Reflectance *r, Vec3L n, Vec3L v, Vec3L l)
+{
+  FloatL zero = FLOATL(0), one = FLOATL(1);
+  Vec3L h = unit3(add3(l, v));
+  Vec3L nxh = cross3(n, h);
+  FloatL nl = max_lane(dot3(n, l), zero), nv = max_lane(fabs(dot3(n, v)), FLOATL(1e-6f));
+  FloatL nh = dot3(n, h), vh = fabs(dot3(v, h));
+  FloatL alpha = r->roughness * r->roughness, alpha2 = alpha * alpha;
+  FloatL denominator = alpha2 * nh * nh + dot3(nxh, nxh);
+  FloatL d = nh > zero ? alpha2 * FLOATL(INV_PI) / (denominator * denominator) : zero;
+  FloatL smith_v = nl * sqrt(nv * nv * (one - alpha2) + alpha2);
+  FloatL smith_l = nv * sqrt(nl * nl * (one - alpha2) + alpha2);
+  FloatL specular = r->mirror ? zero : d * FLOATL(0.5f) / max_lane(smith_v + smith_l, FLOATL(1e-20f));
+  Vec3L f = fresnel_schlick(r->specular, vh);
+  Vec3L sum = vec3l((one - f.x) * r->diffuse.x * FLOATL(INV_PI) + f.x * specular,
+                    (one - f.y) * r->diffuse.y * FLOATL(INV_PI) + f.y * specular,
+                    (one - f.z) * r->diffuse.z * FLOATL(INV_PI) + f.z * specular);
+  return scale3(sum, nl);
+}
+
+// f x max(0, n.l), phong: kd / pi + ks (n + 8) / (8 pi) (n.h)^n with n = 2 / roughness^4 - 2. The power goes through
+// log1p(-|n x h|^2) / 2 = log(n.h), exact near the highlight's centre where n.h rounds to 1.
+static inline Vec3L brdf_phong(const Reflectance *r, Vec3L n, Vec3L v, Vec3L l)
+{
+  FloatL zero = FLOATL(0);
+  Vec3L h = unit3(add3(l, v));
+  Vec3L nxh = cross3(n, h);
+  FloatL nl = max_lane(dot3(n, l), zero);
+  FloatL alpha = r->roughness * r->roughness;
+  FloatL exponent = FLOATL(2) / max_lane(alpha * alpha, FLOATL(1e-20f)) - FLOATL(2);
+  FloatL log_nh = FLOATL(0.5f) * log1p(-min_lane(dot3(nxh, nxh), FLOATL(0.99999994f)));
+  FloatL power = dot3(n, h) > zero ? exp(exponent * log_nh) : zero;
+  power = (exponent <= zero) ? FLOATL(1) : power;  // (n.h)^0, also where n.h is 0
+  FloatL lobe = r->mirror ? zero : power * (exponent + FLOATL(8)) * FLOATL(0.125f * INV_PI);
+  Vec3L sum = vec3l(r->diffuse.x * FLOATL(INV_PI) + r->specular.x * lobe, r->diffuse.y * FLOATL(INV_PI) + r->specular.y * lobe,
+                    r->diffuse.z * FLOATL(INV_PI) + r->specular.z * lobe);
+  return scale3(sum, nl);
+}
+
+// Share of unoccluded irradiance that the diffuse term of pbr sends to the eye, by n.v: 1 - F averaged over the cosine
+// hemisphere, F0 + (1 - F0) g(n.v). g is a quartic fit to the integral of (1 - v.h)^5, within 6e-6.
+static inline Vec3L diffuse_albedo_pbr(const Reflectance *r, FloatL nv)
+{
+  FloatL g = FLOATL(0.0281595f) +
+             nv * (FLOATL(-0.0798310f) + nv * (FLOATL(0.0863703f) + nv * (FLOATL(-0.0435303f) + nv * FLOATL(0.00891315f))));
+  FloatL keep = FLOATL(1) - g;
+  return vec3l(r->diffuse.x * (FLOATL(1) - r->specular.x) * keep, r->diffuse.y * (FLOATL(1) - r->specular.y) * keep,
+               r->diffuse.z * (FLOATL(1) - r->specular.z) * keep);
+}
+
+// Directional albedo of the pbr specular term, an analytic fit good to a few percent.
+// From Karis, "Physically Based Shading on Mobile", 2014.
+static inline Vec3L specular_albedo_fit(const Reflectance *r, FloatL nv)
+{
+  FloatL rx = FLOATL(1) - r->roughness, ry = FLOATL(0.0425f) - FLOATL(0.0275f) * r->roughness;
+  FloatL rz = FLOATL(1.04f) - FLOATL(0.572f) * r->roughness, rw = FLOATL(-0.04f) + FLOATL(0.022f) * r->roughness;
+  FloatL a004 = min_lane(rx * rx, exp2(FLOATL(-9.28f) * nv)) * rx + ry;
+  FloatL scale = FLOATL(-1.04f) * a004 + rz, bias = FLOATL(1.04f) * a004 + rw;
+  return vec3l(r->specular.x * scale + bias, r->specular.y * scale + bias, r->specular.z * scale + bias);
+}

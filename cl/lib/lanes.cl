@@ -1,0 +1,118 @@
+// One source, two widths. A kernel handles LANES rays or pixels at once: an explicit vector on a CPU device, where the
+// compiler's own vectoriser gives up on loops, and a scalar on a GPU, where a work-item is a lane.
+//
+// Comparisons of vectors give -1 or 0 a lane, of scalars 1 or 0: combine masks with & | ! and choose with `m ? a : b`,
+// which work on both. `a < b ? a : b` is a minimum that ignores a NaN in a; fmin and fmax are slower on a CPU.
+
+#pragma OPENCL FP_CONTRACT OFF
+
+#define LANES_PASTE_(a, b) a##b
+#define LANES_PASTE(a, b) LANES_PASTE_(a, b)
+
+#if LANES == 1
+#define LANE_TYPE(name) name
+#define LANE_LOAD(pointer, index) ((pointer)[index])
+#define LANE_STORE(value, pointer, index) ((pointer)[index] = (value))
+#define LANE_INDEX 0
+#else
+#define LANE_TYPE(name) LANES_PASTE(name, LANES)
+#define LANE_LOAD(pointer, index) LANES_PASTE(vload, LANES)(0, (pointer) + (index))
+#define LANE_STORE(value, pointer, index) LANES_PASTE(vstore, LANES)(value, 0, (pointer) + (index))
+#if LANES == 8
+#define LANE_INDEX ((int8)(0, 1, 2, 3, 4, 5, 6, 7))
+#else
+#define LANE_INDEX ((int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
+#endif
+#endif
+
+typedef LANE_TYPE(float) FloatL;
+typedef LANE_TYPE(int) IntL;
+typedef LANE_TYPE(uint) UintL;
+
+// One lane of a vector, as an lvalue.
+#if LANES == 1
+#define LANE_FLOAT(vector, lane) (vector)
+#define LANE_UINT(vector, lane) (vector)
+#else
+#define LANE_FLOAT(vector, lane) (((float *)&(vector))[lane])
+#define LANE_UINT(vector, lane) (((uint *)&(vector))[lane])
+#endif
+
+#define FLOATL(x) ((FloatL)(x))
+#define UINTL(x) ((UintL)(x))
+#define INTL(x) ((IntL)(x))
+#define LANE_CONVERT_FLOAT(x) LANE_TYPE(convert_float)(x)
+#define LANE_CONVERT_INT(x) LANE_TYPE(convert_int)(x)
+#define LANE_AS_FLOAT(x) LANE_TYPE(as_float)(x)
+#define LANE_AS_INT(x) LANE_TYPE(as_int)(x)
+#define LANE_AS_UINT(x) LANE_TYPE(as_uint)(x)
+
+static inline bool any_lane(IntL mask)
+{
+#if LANES == 1
+  return mask != 0;
+#else
+  return any(mask);
+#endif
+}
+
+// Bit i of the result: lane i of the mask.
+static inline uint lane_bits(IntL mask)
+{
+#if LANES == 1
+  return mask != 0;
+#else
+  uint bits = 0;
+#if LANES == 16
+  ulong low = as_ulong(convert_char8(mask.lo)) & 0x8040201008040201ul;
+  ulong high = as_ulong(convert_char8(mask.hi)) & 0x8040201008040201ul;
+  bits = (uint)((low * 0x0101010101010101ul) >> 56) | (uint)((high * 0x0101010101010101ul) >> 56) << 8;
+#else
+  ulong low = as_ulong(convert_char8(mask)) & 0x8040201008040201ul;
+  bits = (uint)((low * 0x0101010101010101ul) >> 56);
+#endif
+  return bits;
+#endif
+}
+
+// Index of the lowest set bit.
+static inline uint lowest_bit(uint bits)
+{
+  return 31 - clz(bits & -bits);
+}
+
+static inline FloatL min_lane(FloatL a, FloatL b) { return a < b ? a : b; }
+static inline FloatL max_lane(FloatL a, FloatL b) { return a > b ? a : b; }
+
+typedef struct Vec3L {
+  FloatL x, y, z;
+} Vec3L;
+
+static inline Vec3L vec3l(FloatL x, FloatL y, FloatL z)
+{
+  Vec3L v = {x, y, z};
+  return v;
+}
+
+static inline Vec3L add3(Vec3L a, Vec3L b) { return vec3l(a.x + b.x, a.y + b.y, a.z + b.z); }
+static inline Vec3L sub3(Vec3L a, Vec3L b) { return vec3l(a.x - b.x, a.y - b.y, a.z - b.z); }
+static inline Vec3L mul3(Vec3L a, Vec3L b) { return vec3l(a.x * b.x, a.y * b.y, a.z * b.z); }
+static inline Vec3L scale3(Vec3L a, FloatL s) { return vec3l(a.x * s, a.y * s, a.z * s); }
+static inline FloatL dot3(Vec3L a, Vec3L b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline Vec3L cross3(Vec3L a, Vec3L b)
+{
+  return vec3l(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+static inline Vec3L select3(IntL mask, Vec3L a, Vec3L b)
+{
+  return vec3l(mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z);
+}
+
+// Unit vector; a zero vector stays zero.
+static inline Vec3L unit3(Vec3L a)
+{
+  FloatL squared = dot3(a, a);
+  return scale3(a, squared > FLOATL(0) ? FLOATL(1) / sqrt(squared) : FLOATL(0));
+}
+
+static inline FloatL max_component3(Vec3L a) { return max_lane(max_lane(a.x, a.y), a.z); }

@@ -1,0 +1,56 @@
+// Reading, writing and finishing rays of a stream (shared/stream.h).
+
+#include "lib/lanes.cl"
+#include "shared/stream.h"
+
+static inline Vec3L stream_load3(global const float *fields, uint capacity, uint field, uint first)
+{
+  return vec3l(LANE_LOAD(fields + field * capacity, first), LANE_LOAD(fields + (field + 1) * capacity, first),
+               LANE_LOAD(fields + (field + 2) * capacity, first));
+}
+
+static inline void stream_store3(Vec3L value, global float *fields, uint capacity, uint field, uint first)
+{
+  LANE_STORE(value.x, fields + field * capacity, first);
+  LANE_STORE(value.y, fields + (field + 1) * capacity, first);
+  LANE_STORE(value.z, fields + (field + 2) * capacity, first);
+}
+
+// t_max of the rays from `first` on; lanes past the end of the stream are inactive.
+static inline FloatL stream_load_t_max(global const float *rays, uint capacity, uint first, uint ray_count)
+{
+  FloatL t_max = LANE_LOAD(rays + RAY_T_MAX * capacity, first);
+  return LANE_INDEX < INTL((int)(ray_count - first)) ? t_max : FLOATL(-1);
+}
+
+// Adds a ray's weight to the radiance of its slot. A slot has at most one ray in a stream: no atomics are needed.
+static inline void stream_add_weight(global const float *rays, uint capacity, uint ray, global const uint *slots,
+                                     global float4 *radiance)
+{
+  float4 weight = (float4)(rays[RAY_WEIGHT_R * capacity + ray], rays[RAY_WEIGHT_G * capacity + ray],
+                           rays[RAY_WEIGHT_B * capacity + ray], 0);
+  radiance[slots[ray]] += weight;
+}
+
+// Appends the lanes of `mask` to a stream, packed, in lane order.
+static inline void stream_append(IntL mask, Vec3L origin, Vec3L direction, FloatL t_max, Vec3L weight, UintL slot,
+                                 global float *rays, uint capacity, global uint *slots, global uint *count)
+{
+  uint bits = lane_bits(mask);
+  if (!bits) return;
+  uint at = atomic_add(count, (uint)popcount(bits));
+  for (; bits; bits &= bits - 1, at++) {
+    uint lane = lowest_bit(bits);
+    rays[RAY_ORIGIN_X * capacity + at] = LANE_FLOAT(origin.x, lane);
+    rays[RAY_ORIGIN_Y * capacity + at] = LANE_FLOAT(origin.y, lane);
+    rays[RAY_ORIGIN_Z * capacity + at] = LANE_FLOAT(origin.z, lane);
+    rays[RAY_DIRECTION_X * capacity + at] = LANE_FLOAT(direction.x, lane);
+    rays[RAY_DIRECTION_Y * capacity + at] = LANE_FLOAT(direction.y, lane);
+    rays[RAY_DIRECTION_Z * capacity + at] = LANE_FLOAT(direction.z, lane);
+    rays[RAY_T_MAX * capacity + at] = LANE_FLOAT(t_max, lane);
+    rays[RAY_WEIGHT_R * capacity + at] = LANE_FLOAT(weight.x, lane);
+    rays[RAY_WEIGHT_G * capacity + at] = LANE_FLOAT(weight.y, lane);
+    rays[RAY_WEIGHT_B * capacity + at] = LANE_FLOAT(weight.z, lane);
+    slots[at] = LANE_UINT(slot, lane);
+  }
+}

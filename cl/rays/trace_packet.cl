@@ -1,0 +1,227 @@
+// Traverse + intersect, LANES rays at a time over the binary BVH: closest hit and any hit.
+//
+//   in    rays      ray stream (shared/stream.h), world space
+//         nodes     both children's boxes in the parent; triangles in the order of the leaves
+//   out   closest:  hits t, u, v and triangle id (HIT_NONE where nothing is hit), by ray index
+//         any:      adds a ray's weight to radiance[slot] where nothing lies in 0 < t < t_max; the stream is segment
+//                 `segment` of several
+//
+//   Pro   coherent rays (camera, shadow, mirror) share node fetches; on a GPU, with one lane, the plain two-child
+//         traversal that beats wide nodes where the cache is large.
+//   Con   rays that go separate ways visit the union of their nodes: see trace_single.cl for those.
+//   Cost  about log2(triangles) node tests a packet; 64 bytes a node, 48 a triangle.
+//
+// A packet is split by octant and dominant axis of its directions (nearly always one group), so that the near and far
+// planes of a box and the axes of the triangle test are scalars.
+//
+//   From  Wald, Slusallek, Benthin, Wagner, "Interactive Rendering with Coherent Ray Tracing", 2001; Aila, Laine,
+//         "Understanding the Efficiency of Ray Traversal on GPUs", 2009; Ize, "Robust BVH Ray Traversal", JCGT 2013.
+
+#include "lib/alpha.cl"
+#include "lib/ray_stream.cl"
+#include "lib/triangle.cl"
+
+#define STACK_SIZE 64  // above BVH_MAX_DEPTH of host/accel
+
+// Rounding of the slab test and of the triangle's distance: a box is entered if the ray meets it within this factor.
+#define BOX_PADDING 1.000001f
+
+typedef struct Packet {
+  Vec3L origin, direction, inverse;
+  FloatL t_min, t_max;
+  FloatL t, u, v;  // closest hit so far; t starts as t_max
+  UintL id;
+  IntL occluded;
+} Packet;
+
+// Distance at which each lane enters the box of child `c`; `*enters` tells whether it does before `limit`.
+static inline FloatL box_enter(global const Bvh2Node *node, uint c, const Packet *p, uint octant, FloatL limit,
+                               IntL *enters)
+{
+  uint sx = octant & 1, sy = octant >> 1 & 1, sz = octant >> 2;
+#if LANES == 1
+  float low_x = node->bounds[c][0][0], high_x = node->bounds[c][0][1];
+  float low_y = node->bounds[c][1][0], high_y = node->bounds[c][1][1];
+  float low_z = node->bounds[c][2][0], high_z = node->bounds[c][2][1];
+  float near_x = sx ? high_x : low_x, far_x = sx ? low_x : high_x;
+  float near_y = sy ? high_y : low_y, far_y = sy ? low_y : high_y;
+  float near_z = sz ? high_z : low_z, far_z = sz ? low_z : high_z;
+#else
+  float near_x = node->bounds[c][0][sx], far_x = node->bounds[c][0][1 - sx];
+  float near_y = node->bounds[c][1][sy], far_y = node->bounds[c][1][1 - sy];
+  float near_z = node->bounds[c][2][sz], far_z = node->bounds[c][2][1 - sz];
+#endif
+  // A direction of zero on the plane of a box gives 0 * inf = NaN, which the order of comparison leaves out.
+  FloatL enter = max_lane((FLOATL(near_x) - p->origin.x) * p->inverse.x, p->t_min);
+  enter = max_lane((FLOATL(near_y) - p->origin.y) * p->inverse.y, enter);
+  enter = max_lane((FLOATL(near_z) - p->origin.z) * p->inverse.z, enter);
+  FloatL leave = min_lane((FLOATL(far_x) - p->origin.x) * p->inverse.x, limit);
+  leave = min_lane((FLOATL(far_y) - p->origin.y) * p->inverse.y, leave);
+  leave = min_lane((FLOATL(far_z) - p->origin.z) * p->inverse.z, leave);
+  *enters = enter <= leave * FLOATL(BOX_PADDING);
+  return enter;
+}
+
+static inline TriangleHit packet_triangle(global const BvhTriangle *triangle, const ShearedRay *ray, uint kz)
+{
+#if LANES == 1
+  float4 first = vload4(0, &triangle->vertex[0][0]);
+  float4 second = vload4(1, &triangle->vertex[0][0]);
+  float third = triangle->vertex[2][2];
+  float3 a = first.xyz, b = (float3)(first.w, second.xy), c = (float3)(second.zw, third);
+  if (kz == 0) a = a.yzx, b = b.yzx, c = c.yzx;
+  if (kz == 1) a = a.zxy, b = b.zxy, c = c.zxy;
+  return triangle_intersect(ray, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
+#else
+  uint kx = kz == 2 ? 0 : kz + 1, ky = kz == 0 ? 2 : kz - 1;
+  global const float *a = triangle->vertex[0], *b = triangle->vertex[1], *c = triangle->vertex[2];
+  return triangle_intersect(ray, FLOATL(a[kx]), FLOATL(a[ky]), FLOATL(a[kz]), FLOATL(b[kx]), FLOATL(b[ky]), FLOATL(b[kz]),
+                            FLOATL(c[kx]), FLOATL(c[ky]), FLOATL(c[kz]));
+#endif
+}
+
+// Tests the triangles of a leaf against the lanes of `group`.
+static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uint kz, IntL positive_kz,
+                               global const BvhTriangle *triangles, uint first, uint count, bool any_hit,
+                               const AttributeSources *attributes)
+{
+  for (uint i = first; i < first + count; i++) {
+    uint id = triangles[i].id, flags = triangles[i].flags;
+    TriangleHit hit = packet_triangle(&triangles[i], ray, kz);
+    IntL accept = hit.inside & group & (hit.t > p->t_min);
+    if (any_hit) {
+      accept = accept & (hit.t < p->t_max) & !p->occluded;
+    } else {
+      accept = accept & ((hit.t < p->t) | ((hit.t == p->t) & (UINTL(id) < p->id)));
+      if (flags & TRIANGLE_SINGLE_SIDED)
+        accept = accept & ((hit.determinant_positive != INTL(0)) == (positive_kz != INTL(0)));
+    }
+    if (!any_lane(accept)) continue;
+#ifdef HAS_MASK
+    if (flags & TRIANGLE_MASKED) accept = accept & alpha_passes(attributes, id, accept, hit.u, hit.v);
+#endif
+    if (any_hit) {
+      p->occluded = p->occluded | accept;
+    } else {
+      p->t = accept ? hit.t : p->t;
+      p->u = accept ? hit.u : p->u;
+      p->v = accept ? hit.v : p->v;
+      p->id = accept ? UINTL(id) : p->id;
+    }
+  }
+}
+
+// Walks the tree with the lanes of `group`, which share `octant` (bit per axis: negative direction) and `kz`.
+static inline void packet_walk(Packet *p, IntL group, uint octant, uint kz, global const Bvh2Node *nodes,
+                               global const BvhTriangle *triangles, bool any_hit, const AttributeSources *attributes)
+{
+  ShearedRay ray = shear_ray(p->origin, p->direction, kz);
+  IntL positive_kz = component3(p->direction, kz) > FLOATL(0);
+  uint stack_reference[STACK_SIZE], stack_count[STACK_SIZE];
+  FloatL stack_enter[STACK_SIZE];
+  uint top = 0, reference = 0, count = 0;
+  for (;;) {
+    FloatL limit = group ? (any_hit ? (p->occluded ? FLOATL(-1) : p->t_max) : p->t) : FLOATL(-1);
+    if (count == 0) {
+      global const Bvh2Node *node = &nodes[reference];
+      IntL enters0, enters1;
+      FloatL enter0 = box_enter(node, 0, p, octant, limit, &enters0);
+      FloatL enter1 = box_enter(node, 1, p, octant, limit, &enters1);
+      bool any0 = any_lane(enters0), any1 = any_lane(enters1);
+      if (any0 | any1) {
+        uint near = any0 ? 0 : 1;
+        if (any0 & any1) {
+          uint both = lane_bits(enters0 & enters1);
+          near = both ? 2 * popcount(lane_bits(enter1 < enter0) & both) > popcount(both) : 0;
+          stack_reference[top] = node->child[1 - near];
+          stack_count[top] = node->count[1 - near];
+          stack_enter[top] = near ? (enters0 ? enter0 : FLOATL(INFINITY)) : (enters1 ? enter1 : FLOATL(INFINITY));
+          top++;
+        }
+        reference = node->child[near];
+        count = node->count[near];
+        continue;
+      }
+    } else {
+      packet_leaf(p, group, &ray, kz, positive_kz, triangles, reference & ~BVH_LEAF, count, any_hit, attributes);
+      if (any_hit && !any_lane(group & !p->occluded)) return;
+      limit = group ? (any_hit ? (p->occluded ? FLOATL(-1) : p->t_max) : p->t) : FLOATL(-1);
+    }
+    do {
+      if (top == 0) return;
+      top--;
+    } while (!any_lane(stack_enter[top] <= limit * FLOATL(BOX_PADDING)));
+    reference = stack_reference[top];
+    count = stack_count[top];
+  }
+}
+
+static inline Packet packet_load(global const float *rays, uint capacity, uint first, uint ray_count, float t_min)
+{
+  Packet p;
+  p.origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
+  p.direction = stream_load3(rays, capacity, RAY_DIRECTION_X, first);
+  p.inverse = vec3l(FLOATL(1) / p.direction.x, FLOATL(1) / p.direction.y, FLOATL(1) / p.direction.z);
+  p.t_min = FLOATL(t_min);
+  p.t_max = stream_load_t_max(rays, capacity, first, ray_count);
+  p.t = p.t_max;
+  p.u = p.v = FLOATL(0);
+  p.id = UINTL(HIT_NONE);
+  p.occluded = INTL(0);
+  return p;
+}
+
+static inline void packet_trace(Packet *p, global const Bvh2Node *nodes, global const BvhTriangle *triangles, bool any_hit,
+                                const AttributeSources *attributes)
+{
+  // The sign of the inverse, not of the direction: that of -0 counts.
+  FloatL zero = FLOATL(0);
+  UintL octant = LANE_AS_UINT((p->inverse.x < zero ? INTL(1) : INTL(0)) | (p->inverse.y < zero ? INTL(2) : INTL(0)) |
+                              (p->inverse.z < zero ? INTL(4) : INTL(0)));
+  UintL key = octant | dominant_axis(p->direction) << 3;
+  IntL waiting = p->t_max > FLOATL(0);
+  for (uint bits = lane_bits(waiting); bits; bits = lane_bits(waiting)) {
+    uint lead = LANE_UINT(key, lowest_bit(bits));
+    IntL group = waiting & (key == UINTL(lead));
+    packet_walk(p, group, lead & 7, lead >> 3, nodes, triangles, any_hit, attributes);
+    waiting = waiting & !group;
+  }
+}
+
+kernel void trace_closest(global const Bvh2Node *nodes, global const BvhTriangle *triangles, global const float *rays,
+                          uint capacity, uint ray_count, float t_min, global float *hits, global uint *hit_ids,
+                          global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
+                          uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
+                          global const uchar4 *texels, constant float *linear_from_byte)
+{
+  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  uint begin = get_global_id(0) * RAYS_PER_ITEM;
+  uint end = min(begin + RAYS_PER_ITEM, ray_count);
+  for (uint first = begin; first < end; first += LANES) {
+    Packet p = packet_load(rays, capacity, first, ray_count, t_min);
+    packet_trace(&p, nodes, triangles, false, &attributes);
+    LANE_STORE(p.t, hits + HIT_T * capacity, first);
+    LANE_STORE(p.u, hits + HIT_U * capacity, first);
+    LANE_STORE(p.v, hits + HIT_V * capacity, first);
+    LANE_STORE(p.id, hit_ids, first);
+  }
+}
+
+kernel void trace_any(global const Bvh2Node *nodes, global const BvhTriangle *triangles, global const float *rays,
+                      uint capacity, uint ray_count, uint segment, global const uint *slots, global float4 *radiance,
+                      global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
+                      uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
+                      global const uchar4 *texels, constant float *linear_from_byte)
+{
+  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  rays += segment * RAY_FIELD_COUNT * capacity;
+  slots += segment * capacity;
+  uint begin = get_global_id(0) * RAYS_PER_ITEM;
+  uint end = min(begin + RAYS_PER_ITEM, ray_count);
+  for (uint first = begin; first < end; first += LANES) {
+    Packet p = packet_load(rays, capacity, first, ray_count, 0);
+    packet_trace(&p, nodes, triangles, true, &attributes);
+    for (uint bits = lane_bits(!p.occluded & (p.t_max > FLOATL(0))); bits; bits &= bits - 1)
+      stream_add_weight(rays, capacity, first + lowest_bit(bits), slots, radiance);
+  }
+}

@@ -1,0 +1,151 @@
+// Shade + spawn: light that hits send back along their rays, shadow rays to the lights, reflected rays.
+//
+//   in    rays, slots, hits, hit_ids   a stream and what trace_closest found, [ray_count]
+//         scene arrays                 host/device_scene
+//   out   radiance[slot]               emission, ambient, environment; light that needs no shadow ray
+//         shadow_rays, shadow_slots    one stream a light of the batch, weight = radiance if unblocked
+//         reflected_rays, _slots       weight = throughput
+//         counts                       STREAM_COUNTS of both
+//
+//   Cost  one material and light_count lights a ray; reads about 200 bytes a ray, writes 44 a shadow or reflected ray.
+//   A reflected ray that an interpolated normal would send into the triangle is mirrored at its plane instead.
+//   A ray's radiance is added slot by slot in the order of launches: no atomics, the same sum on every run.
+//   Streams are packed by one atomic per LANES rays; their order varies from run to run, the picture does not.
+
+#include "lib/environment.cl"
+#include "lib/ray_stream.cl"
+#include "lib/surface.cl"
+#include "shared/shade.h"
+
+typedef struct Lighting {
+  Vec3L to_light;  // from the offset origin to the light; t = 1 is the light
+  Vec3L unit;
+  Vec3L irradiance;  // on a surface that faces the light
+  FloatL t_max;
+} Lighting;
+
+static inline Vec3L mirror3(Vec3L to_eye, Vec3L n) { return sub3(scale3(n, FLOATL(2) * dot3(n, to_eye)), to_eye); }
+
+// Light that arrives at `origin`, unblocked. KHR_lights_punctual: inverse square, range window, spot cone.
+static inline Lighting light_arriving(global const LightInfo *light, Vec3L origin)
+{
+  Lighting out;
+  FloatL zero = FLOATL(0), one = FLOATL(1), factor = one;
+  Vec3L beam = vec3l(FLOATL(light->direction.x), FLOATL(light->direction.y), FLOATL(light->direction.z));
+  if (light->kind == LIGHT_KIND_DIRECTIONAL) {
+    out.to_light = out.unit = sub3(vec3l(zero, zero, zero), beam);
+    out.t_max = FLOATL(INFINITY);
+  } else {
+    Vec3L position = vec3l(FLOATL(light->position.x), FLOATL(light->position.y), FLOATL(light->position.z));
+    out.to_light = sub3(position, origin);
+    out.unit = unit3(out.to_light);
+    out.t_max = one;
+    FloatL squared = dot3(out.to_light, out.to_light);
+    FloatL ratio = squared / FLOATL(light->range_m) / FLOATL(light->range_m);
+    factor = max_lane(one - ratio * ratio, zero) / squared;
+    factor = squared > zero ? factor : zero;
+    if (light->kind == LIGHT_KIND_SPOT) {
+      FloatL cosine = zero - dot3(beam, out.unit);
+      FloatL cone = max_lane(min_lane(cosine * FLOATL(light->spot_scale) + FLOATL(light->spot_offset), one), zero);
+      factor = factor * cone * cone;
+    }
+  }
+  out.irradiance =
+      vec3l(FLOATL(light->radiant.x) * factor, FLOATL(light->radiant.y) * factor, FLOATL(light->radiant.z) * factor);
+  return out;
+}
+
+static inline void radiance_add(global float4 *radiance, UintL slot, IntL mask, Vec3L value, float coverage)
+{
+  for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
+    uint lane = lowest_bit(bits);
+    radiance[LANE_UINT(slot, lane)] +=
+        (float4)(LANE_FLOAT(value.x, lane), LANE_FLOAT(value.y, lane), LANE_FLOAT(value.z, lane), coverage);
+  }
+}
+
+// Emission, ambient or environment light, and highlights of the environment on what no ray reflects.
+static inline Vec3L surface_own_radiance(const Surface *s, Vec3L to_eye, FloatL nv, constant ShadeInfo *shade,
+                                         constant EnvironmentInfo *environment)
+{
+  Vec3L own = s->emission;
+  if (shade->model == LIGHTING_MODEL_PHONG) {
+    own = add3(own, scale3(s->base, FLOATL(shade->ambient)));
+  } else if (shade->environment_lights) {
+    own = add3(own, mul3(diffuse_albedo_pbr(&s->reflectance, nv), environment_irradiance(environment, s->normal)));
+    Vec3L mirrored = mirror3(to_eye, s->normal);
+    FloatL alpha = s->reflectance.roughness * s->reflectance.roughness;
+    Vec3L glossy = mul3(specular_albedo_fit(&s->reflectance, nv), environment_glossy(environment, mirrored, alpha));
+    own = select3(s->reflectance.mirror, own, add3(own, glossy));
+  }
+  return select3(s->unlit, s->base, own);
+}
+
+// Rays that leave the scene see the environment.
+static inline void shade_misses(IntL missed, Vec3L direction, Vec3L weight, UintL slot,
+                                constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
+                                global float4 *radiance)
+{
+  Vec3L seen = environment_radiance(environment, environment_pixels, unit3(direction), missed);
+  radiance_add(radiance, slot, missed, mul3(seen, weight), 0);
+}
+
+kernel void shade(constant ShadeInfo *shade, global const float *rays, global const uint *slots, uint capacity, uint ray_count,
+                  global const float *hits, global const uint *hit_ids, global const float *positions,
+                  global const float *normals, global const TriangleCorners *corners, global const Float2 *uvs,
+                  global const Float4 *colors, uint vertex_count, global const MaterialInfo *materials,
+                  global const TextureInfo *textures, global const uchar4 *texels, constant float *linear_from_byte,
+                  global const LightInfo *lights, constant EnvironmentInfo *environment,
+                  global const Float4 *environment_pixels, global float4 *radiance, global float *shadow_rays,
+                  global uint *shadow_slots, global float *reflected_rays, global uint *reflected_slots, global uint *counts)
+{
+  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  GeometrySources geometry = {positions, normals};
+  FloatL zero = FLOATL(0);
+  uint begin = get_global_id(0) * RAYS_PER_ITEM;
+  uint end = min(begin + RAYS_PER_ITEM, ray_count);
+  for (uint first = begin; first < end; first += LANES) {
+    UintL slot = LANE_LOAD(slots, first), id = LANE_LOAD(hit_ids, first);
+    IntL active = stream_load_t_max(rays, capacity, first, ray_count) > zero;
+    IntL hit = active & (id != UINTL(HIT_NONE));
+    IntL missed = active & (id == UINTL(HIT_NONE));
+    Vec3L direction = stream_load3(rays, capacity, RAY_DIRECTION_X, first);
+    Vec3L weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
+    if (shade->first_batch && any_lane(missed))
+      shade_misses(missed, direction, weight, slot, environment, environment_pixels, radiance);
+    if (!any_lane(hit)) continue;
+
+    FloatL u = LANE_LOAD(hits + HIT_U * capacity, first), v = LANE_LOAD(hits + HIT_V * capacity, first);
+    Surface s = surface_load(&geometry, &attributes, id, u, v, direction, hit);
+    Vec3L to_eye = scale3(unit3(direction), FLOATL(-1));
+    FloatL nv = max_lane(fabs(dot3(s.normal, to_eye)), FLOATL(1e-6f));
+    Vec3L origin = add3(s.position, s.offset);
+
+    if (shade->first_batch) {
+      Vec3L own = surface_own_radiance(&s, to_eye, nv, shade, environment);
+      radiance_add(radiance, slot, hit, mul3(own, weight), 1);
+    }
+    IntL lit = hit & !s.unlit;
+    for (uint i = 0; i < shade->light_count; i++) {
+      Lighting light = light_arriving(&lights[shade->first_light + i], origin);
+      Vec3L f = shade->model == LIGHTING_MODEL_PHONG ? brdf_phong(&s.reflectance, s.normal, to_eye, light.unit)
+                                                     : brdf_pbr(&s.reflectance, s.normal, to_eye, light.unit);
+      Vec3L arrives = mul3(mul3(f, light.irradiance), weight);
+      IntL reached = lit & (dot3(s.geometric, light.unit) > zero) & (max_component3(arrives) > zero);
+      if (shade->cast_shadows)
+        stream_append(reached, origin, light.to_light, light.t_max, arrives, slot, shadow_rays + i * RAY_FIELD_COUNT * capacity,
+                      capacity, shadow_slots + i * capacity, &counts[i]);
+      else
+        radiance_add(radiance, slot, reached, arrives, 0);
+    }
+    if (shade->first_batch && shade->reflect) {
+      Vec3L share = shade->model == LIGHTING_MODEL_PHONG ? s.reflectance.specular : fresnel_schlick(s.reflectance.specular, nv);
+      Vec3L onward = mul3(share, weight);
+      Vec3L mirrored = mirror3(to_eye, s.normal);
+      mirrored = select3(dot3(mirrored, s.geometric) > zero, mirrored, mirror3(to_eye, s.geometric));
+      IntL spawned = lit & s.reflectance.mirror & (max_component3(onward) > FLOATL(shade->min_weight));
+      stream_append(spawned, origin, mirrored, FLOATL(INFINITY), onward, slot, reflected_rays, capacity, reflected_slots,
+                    &counts[STREAM_COUNT_REFLECTED]);
+    }
+  }
+}

@@ -1,0 +1,58 @@
+#include "device/device_internal.h"
+
+static Status buffer_fail(Log *log, Device *device, const char *what, size_t bytes, cl_int error)
+{
+  bool memory = error == CL_MEM_OBJECT_ALLOCATION_FAILURE || error == CL_OUT_OF_RESOURCES ||
+                error == CL_OUT_OF_HOST_MEMORY || error == CL_INVALID_BUFFER_SIZE;
+  return log_fail(log, memory ? STATUS_NO_MEMORY : STATUS_DEVICE,
+                  "%s: %.1f MB for %s failed (%s, %d): use a smaller scene or picture, or another --device",
+                  device->info.name, 1e-6 * (double)bytes, what, device_error_text(error), error);
+}
+
+Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void *initial, const char *what, Log *log)
+{
+  if (bytes > device->info.max_buffer_bytes)
+    return log_fail(log, STATUS_TOO_LARGE, "%s: %.1f MB for %s are over the largest buffer of %.1f MB: use another --device",
+                    device->info.name, 1e-6 * (double)bytes, what, 1e-6 * (double)device->info.max_buffer_bytes);
+  bool copy = initial && bytes > 0;
+  size_t allocated = bytes > 4 ? bytes : 4;
+  cl_int error = CL_SUCCESS;
+  cl_mem memory = clCreateBuffer(device->context, CL_MEM_READ_WRITE, allocated, NULL, &error);
+  if (error == CL_SUCCESS && copy)
+    error = clEnqueueWriteBuffer(device->queue, memory, CL_TRUE, 0, bytes, initial, 0, NULL, NULL);
+  if (error != CL_SUCCESS) {
+    if (memory) clReleaseMemObject(memory);
+    return buffer_fail(log, device, what, bytes, error);
+  }
+  *out = (DeviceBuffer){.memory = memory, .bytes = bytes};
+  return STATUS_OK;
+}
+
+void buffer_free(DeviceBuffer *buffer)
+{
+  if (buffer->memory) clReleaseMemObject(buffer->memory);
+  *buffer = (DeviceBuffer){0};
+}
+
+Status buffer_write(Device *device, DeviceBuffer *buffer, const void *from, size_t bytes, Log *log)
+{
+  if (bytes == 0) return STATUS_OK;
+  cl_int error = clEnqueueWriteBuffer(device->queue, buffer->memory, CL_TRUE, 0, bytes, from, 0, NULL, NULL);
+  return error == CL_SUCCESS ? STATUS_OK : buffer_fail(log, device, "a transfer to the device", bytes, error);
+}
+
+Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log)
+{
+  if (buffer->bytes == 0) return STATUS_OK;
+  cl_uint zero = 0;
+  cl_int error =
+      clEnqueueFillBuffer(device->queue, buffer->memory, &zero, sizeof zero, 0, buffer->bytes & ~(size_t)3, 0, NULL, NULL);
+  return error == CL_SUCCESS ? STATUS_OK : buffer_fail(log, device, "clearing a buffer", buffer->bytes, error);
+}
+
+Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log)
+{
+  if (bytes == 0) return STATUS_OK;
+  cl_int error = clEnqueueReadBuffer(device->queue, buffer->memory, CL_TRUE, 0, bytes, to, 0, NULL, NULL);
+  return error == CL_SUCCESS ? STATUS_OK : buffer_fail(log, device, "a transfer from the device", bytes, error);
+}

@@ -1,0 +1,92 @@
+// OpenCL devices, buffers, programs and launches. The only room that calls OpenCL: its types hide the handles.
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/log.h"
+#include "base/timeline.h"
+
+// How kernels are compiled for a class of device: what must differ between a CPU and a GPU, in one table (device.c).
+typedef struct DeviceTraits {
+  uint32_t lanes;           // LANES: rays or pixels that a work-item handles in one vector
+  uint32_t rays_per_item;   // RAYS_PER_ITEM: rays that a work-item loops over
+  uint32_t group_size;      // work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew)
+  uint32_t wave_rays;       // rays in flight: what a stream buffer holds
+  bool wide_bvh;            // incoherent rays walk a Bvh8
+} DeviceTraits;
+
+typedef struct DeviceInfo {
+  char name[128], platform[128], driver[128], version[128];
+  bool is_gpu, is_pocl;
+  uint64_t memory_bytes, max_buffer_bytes;
+  uint32_t compute_units;
+  uint32_t vector_width;  // native floats in a register
+} DeviceInfo;
+
+typedef struct Device Device;
+
+// Lists all devices of all platforms, best first: GPUs before CPUs, larger before smaller, then platform order. The
+// index in this list is what --device takes. *out is freed by the caller; a machine without OpenCL has a count of 0.
+Status device_list(DeviceInfo **out, uint32_t *count, Log *log);
+
+// Opens a device: an index of device_list, "cpu", "gpu", part of a name (case ignored), or NULL for the best.
+// `threads` limits a CPU device's threads (0 = all). Spans of what runs go to `timeline` when it is not NULL.
+//
+// Errors: STATUS_USAGE (no such device; says which there are), STATUS_NO_DEVICE, STATUS_DEVICE.
+Status device_open(Device **out, const char *choice, uint32_t threads, Timeline *timeline, Log *log);
+void device_close(Device *device);
+
+const DeviceInfo *device_info(const Device *device);
+const DeviceTraits *device_traits(const Device *device);
+
+// Replaces the traits, before any program is built: for tests of the other width on one device.
+void device_override_traits(Device *device, const DeviceTraits *traits);
+
+typedef struct DeviceBuffer {
+  void *memory;
+  size_t bytes;
+} DeviceBuffer;
+
+// Makes a buffer of `bytes` (an empty one becomes 4 bytes, so that it can be passed), filled from `initial` if given.
+// `what` names it in messages. Errors: STATUS_NO_MEMORY, STATUS_TOO_LARGE (over the device's largest buffer).
+Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void *initial, const char *what, Log *log);
+void buffer_free(DeviceBuffer *buffer);
+Status buffer_write(Device *device, DeviceBuffer *buffer, const void *from, size_t bytes, Log *log);
+Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log);
+
+// Waits for all launches before it, then copies `bytes` from the start of the buffer.
+Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log);
+
+typedef struct Program Program;
+
+typedef struct Kernel {
+  void *kernel;
+  const char *name;
+} Kernel;
+
+// Builds the embedded source `path` ("rays/trace_packet.cl") with its includes expanded and `options` ("-D X=1 ...")
+// added to those of the device. FRUGAL_KERNELS=DIR reads sources from that folder instead of the program.
+// Errors: STATUS_DEVICE with the compiler's log.
+Status program_build(Program **out, Device *device, const char *path, const char *options, Log *log);
+void program_free(Program *program);
+Status program_kernel(Kernel *out, const Program *program, const char *name, Log *log);
+void kernel_free(Kernel *kernel);
+
+typedef struct KernelArg {
+  size_t bytes;
+  const void *value;
+} KernelArg;
+
+#define ARG(value) ((KernelArg){sizeof(value), &(value)})
+#define ARG_BUFFER(buffer) ((KernelArg){sizeof(void *), &(buffer).memory})
+#define ARGS(...) (const KernelArg[]){__VA_ARGS__}, sizeof((KernelArg[]){__VA_ARGS__}) / sizeof(KernelArg)
+
+// Queues `work_items` work-items of a kernel (rounded up to whole work-groups: kernels check their index), after
+// everything queued before. `items` is what the profile counts, `sentence` (static) what it says.
+Status device_launch(Device *device, const Kernel *kernel, size_t work_items, uint64_t items, const char *sentence,
+                     const KernelArg *args, size_t arg_count, Log *log);
+
+// Waits until everything queued has run, and moves the finished launches into the timeline.
+Status device_finish(Device *device, Log *log);

@@ -1,0 +1,139 @@
+#include "device_scene/device_scene.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "accel/bvh.h"
+#include "base/clock.h"
+
+static Status bvh_upload(DeviceScene *out, Device *device, const FlatScene *flat, Timeline *timeline, Log *log)
+{
+  Status status = STATUS_OK;
+  Bvh2 bvh2 = {0};
+  Bvh8 bvh8 = {0};
+  // TriangleCorners is a triple of indices and a material: the builder takes the triples alone.
+  uint32_t(*triples)[3] = malloc(((size_t)flat->triangle_count + 1) * sizeof *triples);
+  if (!triples) return log_no_memory(log, "BVH");
+  for (uint32_t i = 0; i < flat->triangle_count; i++) memcpy(triples[i], flat->corners[i].vertex, sizeof triples[i]);
+  TriangleSoup soup = {.positions = (const float(*)[3])flat->positions,
+                       .triangles = (const uint32_t(*)[3])triples,
+                       .flags = flat->flags,
+                       .vertex_count = flat->vertex_count,
+                       .triangle_count = flat->triangle_count};
+  BvhOptions options = {.max_leaf = 4, .traversal_cost = 1};
+  double begin_ms = clock_ms();
+  TRY(bvh2_build(&bvh2, &soup, &options, log));
+  if (device_traits(device)->wide_bvh) TRY(bvh8_from_bvh2(&bvh8, &bvh2, log));
+  if (timeline) timeline_end(timeline, "build the BVH", begin_ms);
+
+  begin_ms = clock_ms();
+  TRY(buffer_create(&out->bvh2_nodes, device, (size_t)bvh2.node_count * sizeof *bvh2.nodes, bvh2.nodes, "BVH nodes", log));
+  TRY(buffer_create(&out->bvh2_triangles, device, (size_t)bvh2.triangle_count * sizeof *bvh2.triangles, bvh2.triangles,
+                    "BVH triangles", log));
+  TRY(buffer_create(&out->bvh8_nodes, device, (size_t)bvh8.node_count * sizeof *bvh8.nodes, bvh8.nodes, "wide BVH nodes", log));
+  TRY(buffer_create(&out->bvh8_blocks, device, (size_t)bvh8.block_count * sizeof *bvh8.blocks, bvh8.blocks, "wide BVH blocks",
+                    log));
+  if (timeline) timeline_end(timeline, "upload the BVH", begin_ms);
+
+done:
+  free(triples);
+  bvh2_free(&bvh2);
+  bvh8_free(&bvh8);
+  return status;
+}
+
+// [0, 256): sRGB byte to linear; [256, 512): byte / 255.
+static void decode_tables(float tables[512])
+{
+  for (int i = 0; i < 256; i++) {
+    double s = i / 255.0;
+    tables[i] = (float)(s <= 0.04045 ? s / 12.92 : pow((s + 0.055) / 1.055, 2.4));
+    tables[256 + i] = (float)s;
+  }
+}
+
+static Status arrays_upload(DeviceScene *out, Device *device, const FlatScene *flat, const Environment *environment, Log *log)
+{
+  Status status = STATUS_OK;
+  float tables[512];
+  decode_tables(tables);
+  const size_t vertices = flat->vertex_count, triangles = flat->triangle_count;
+  const Image *image = &environment->image;
+  const size_t pixels = environment->kind == ENVIRONMENT_IMAGE ? (size_t)image->width * image->height : 0;
+  const struct {
+    DeviceBuffer *buffer;
+    size_t bytes;
+    const void *from;
+    const char *what;
+  } arrays[] = {
+      {&out->positions, vertices * sizeof *flat->positions, flat->positions, "positions"},
+      {&out->normals, vertices * sizeof *flat->normals, flat->normals, "normals"},
+      {&out->uvs, vertices * flat->uv_set_count * sizeof *flat->uvs, flat->uvs, "texture coordinates"},
+      {&out->colors, flat->colors ? vertices * sizeof *flat->colors : 0, flat->colors, "vertex colours"},
+      {&out->corners, triangles * sizeof *flat->corners, flat->corners, "triangles"},
+      {&out->object_starts, (flat->object_count + 1) * sizeof *flat->object_starts, flat->object_starts, "objects"},
+      {&out->materials, flat->material_count * sizeof *flat->materials, flat->materials, "materials"},
+      {&out->textures, flat->texture_count * sizeof *flat->textures, flat->textures, "texture table"},
+      {&out->texels, flat->texel_count * 4, flat->texels, "textures"},
+      {&out->linear_from_byte, sizeof tables, tables, "decoding tables"},
+      {&out->lights, flat->light_count * sizeof *flat->lights, flat->lights, "lights"},
+      {&out->environment, sizeof flat->environment, &flat->environment, "environment"},
+      {&out->environment_pixels, pixels * 4 * sizeof *image->pixels, image->pixels, "environment image"},
+  };
+  for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
+    TRY(buffer_create(arrays[i].buffer, device, arrays[i].bytes, arrays[i].from, arrays[i].what, log));
+
+done:
+  return status;
+}
+
+Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log)
+{
+  Status status = STATUS_OK;
+  FlatScene flat = {0};
+  DeviceScene made = {0};
+  double begin_ms = clock_ms();
+  TRY(flat_scene_make(&flat, scene, log));
+  if (timeline) timeline_end(timeline, "flatten the scene", begin_ms);
+  TRY(bvh_upload(&made, device, &flat, timeline, log));
+  begin_ms = clock_ms();
+  TRY(arrays_upload(&made, device, &flat, &scene->environment, log));
+  if (timeline) timeline_end(timeline, "upload the scene", begin_ms);
+  made.vertex_count = flat.vertex_count;
+  made.triangle_count = flat.triangle_count;
+  made.object_count = flat.object_count;
+  made.light_count = flat.light_count;
+  made.material_count = flat.material_count;
+  made.has_textures = flat.has_textures;
+  made.has_masks = flat.has_masks;
+  made.has_colors = flat.colors != NULL;
+  made.has_mirrors = flat.has_mirrors;
+  made.environment_lights = flat.environment_lights;
+  *out = made;
+  made = (DeviceScene){0};
+
+done:
+  flat_scene_free(&flat);
+  device_scene_free(&made);
+  return status;
+}
+
+void device_scene_free(DeviceScene *scene)
+{
+  DeviceBuffer *buffers[] = {&scene->positions,  &scene->normals,     &scene->uvs,
+                             &scene->colors,     &scene->corners,     &scene->object_starts,
+                             &scene->materials,  &scene->textures,    &scene->texels,
+                             &scene->lights,     &scene->environment, &scene->environment_pixels,
+                             &scene->bvh2_nodes, &scene->bvh8_nodes,  &scene->linear_from_byte,
+                             &scene->bvh8_blocks, &scene->bvh2_triangles};
+  for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
+  *scene = (DeviceScene){0};
+}
+
+void device_scene_options(const DeviceScene *scene, char *out, size_t size)
+{
+  snprintf(out, size, "%s%s%s", scene->has_textures ? "-D HAS_TEXTURES " : "", scene->has_colors ? "-D HAS_VERTEX_COLORS " : "",
+           scene->has_masks ? "-D HAS_MASK " : "");
+}

@@ -1,0 +1,25 @@
+// The scene on a device: flat arrays and the BVH that its class of device walks.
+#pragma once
+
+#include "device/device.h"
+#include "device_scene/flat_scene.h"
+
+typedef struct DeviceScene {
+  // by vertex and by triangle (shared/scene.h)
+  DeviceBuffer positions, normals, uvs, colors, corners, object_starts;
+  DeviceBuffer materials, textures, texels, linear_from_byte;
+  DeviceBuffer lights, environment, environment_pixels;
+  // shared/bvh.h; the wide tree is there only where device_traits()->wide_bvh
+  DeviceBuffer bvh2_nodes, bvh2_triangles, bvh8_nodes, bvh8_blocks;
+
+  uint32_t vertex_count, triangle_count, object_count, light_count, material_count;
+  bool has_textures, has_masks, has_colors, has_mirrors, environment_lights;
+} DeviceScene;
+
+// Flattens, builds the BVH and uploads; the host copies are freed. Host steps go to `timeline` when it is not NULL.
+// Errors: those of flat_scene_make, bvh2_build and buffer_create.
+Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log);
+void device_scene_free(DeviceScene *scene);
+
+// "-D HAS_TEXTURES ..." for the kernels that read surfaces or test alpha: code for what the scene lacks is not compiled.
+void device_scene_options(const DeviceScene *scene, char *out, size_t size);

@@ -1,0 +1,34 @@
+// Ray generator pass: cl/rays/ray_generate.cl; and the wave, the unit in which a picture is worked through.
+#pragma once
+
+#include "passes/ray_stream.h"
+#include "scene/scene.h"
+#include "shared/camera.h"
+
+// Tiles [first_tile, first_tile + tile_count) times samples [first_sample, first_sample + sample_count).
+typedef struct Wave {
+  uint32_t first_tile, tile_count;
+  uint32_t first_sample, sample_count;
+} Wave;
+
+static inline uint32_t wave_rays(const Wave *wave) { return wave->tile_count * wave->sample_count * 64; }
+
+typedef struct CameraRays {
+  Program *program;
+  Kernel kernel;
+  CameraInfo info;
+  DeviceBuffer camera;   // CameraInfo
+  DeviceBuffer offsets;  // sample positions, [samples][2]
+} CameraRays;
+
+// The part [crop_x, crop_x + width) x [crop_y, crop_y + height) of a whole picture of whole_width x whole_height.
+typedef struct PictureArea {
+  uint32_t whole_width, whole_height;
+  uint32_t crop_x, crop_y, width, height;
+} PictureArea;
+
+CameraInfo camera_info(const Camera *camera, const PictureArea *area);
+
+Status camera_rays_make(CameraRays *out, Device *device, const CameraInfo *info, uint32_t samples, Log *log);
+void camera_rays_free(CameraRays *camera);
+Status camera_rays_generate(const CameraRays *camera, Device *device, const Wave *wave, const RayStream *stream, Log *log);

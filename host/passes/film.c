@@ -1,0 +1,85 @@
+#include "passes/film.h"
+
+#include "passes/scene_args.h"
+#include "shared/aov.h"
+
+Status film_make(Film *out, Device *device, const DeviceScene *scene, const CameraInfo *camera, bool aovs, Log *log)
+{
+  Status status = STATUS_OK;
+  Film film = {0};
+  size_t pixels = (size_t)camera->width * camera->height;
+  TRY(program_build(&film.accumulate_program, device, "shade/accumulate.cl", "", log));
+  TRY(program_kernel(&film.accumulate, film.accumulate_program, "accumulate", log));
+  TRY(program_build(&film.resolve_program, device, "shade/resolve.cl", "", log));
+  TRY(program_kernel(&film.resolve, film.resolve_program, "resolve", log));
+  TRY(buffer_create(&film.info, device, sizeof(ResolveInfo), NULL, "output settings", log));
+  TRY(buffer_create(&film.sums, device, pixels * sizeof(Float4), NULL, "picture", log));
+  TRY(buffer_create(&film.picture, device, pixels * sizeof(Float4), NULL, "picture", log));
+  TRY(buffer_zero(device, &film.sums, log));
+  if (aovs) {
+    char options[128];
+    device_scene_options(scene, options, sizeof options);
+    TRY(program_build(&film.aov_program, device, "shade/aov.cl", options, log));
+    TRY(program_kernel(&film.aov, film.aov_program, "aov", log));
+    TRY(buffer_create(&film.aov_values, device, pixels * AOV_VALUE_PLANES * sizeof(float), NULL, "AOVs", log));
+    TRY(buffer_create(&film.aov_ids, device, pixels * AOV_ID_PLANES * sizeof(uint32_t), NULL, "AOVs", log));
+  }
+  *out = film;
+  film = (Film){0};
+
+done:
+  film_free(&film);
+  return status;
+}
+
+void film_free(Film *film)
+{
+  kernel_free(&film->accumulate);
+  kernel_free(&film->resolve);
+  kernel_free(&film->aov);
+  program_free(film->accumulate_program);
+  program_free(film->resolve_program);
+  program_free(film->aov_program);
+  buffer_free(&film->info);
+  buffer_free(&film->sums);
+  buffer_free(&film->picture);
+  buffer_free(&film->aov_values);
+  buffer_free(&film->aov_ids);
+  *film = (Film){0};
+}
+
+Status film_accumulate(const Film *film, Device *device, const CameraRays *camera, const Wave *wave, const DeviceBuffer *radiance,
+                       const DeviceBuffer *sums, Log *log)
+{
+  uint32_t pixels = wave->tile_count * 64;
+  return device_launch(device, &film->accumulate, work_items(device, pixels), pixels, "add samples to the picture",
+                       ARGS(ARG_BUFFER(camera->camera), ARG(wave->first_tile), ARG(wave->tile_count),
+                            ARG(wave->sample_count), ARG_BUFFER(*radiance), ARG_BUFFER(*sums)),
+                       log);
+}
+
+Status film_aov(const Film *film, Device *device, const DeviceScene *scene, const CameraRays *camera, const Wave *wave,
+                const RayStream *rays, const HitStream *hits, Log *log)
+{
+  uint32_t pixels = wave->tile_count * 64;
+  return device_launch(
+      device, &film->aov, work_items(device, pixels), pixels, "write AOVs",
+      ARGS(ARG_BUFFER(camera->camera), ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
+           ARG(wave->sample_count), ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids),
+           ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ATTRIBUTE_ARGS(scene), ARG_BUFFER(scene->object_starts),
+           ARG(scene->object_count), ARG_BUFFER(film->aov_values), ARG_BUFFER(film->aov_ids)),
+      log);
+}
+
+Status film_resolve(const Film *film, Device *device, const DeviceBuffer *sums, const ResolveInfo *info, float *out, Log *log)
+{
+  Status status = STATUS_OK;
+  DeviceBuffer settings = film->info;
+  TRY(buffer_write(device, &settings, info, sizeof *info, log));
+  TRY(device_launch(device, &film->resolve, work_items(device, info->pixel_count), info->pixel_count, "resolve the picture",
+                    ARGS(ARG_BUFFER(film->info), ARG_BUFFER(*sums), ARG_BUFFER(film->picture)), log));
+  TRY(buffer_read(device, &film->picture, out, (size_t)info->pixel_count * sizeof(Float4), log));
+
+done:
+  return status;
+}

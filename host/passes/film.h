@@ -1,0 +1,27 @@
+// From a wave's radiance to the picture: cl/shade/accumulate.cl, cl/shade/aov.cl, cl/shade/resolve.cl.
+#pragma once
+
+#include "device_scene/device_scene.h"
+#include "passes/camera_rays.h"
+#include "shared/resolve.h"
+
+typedef struct Film {
+  Program *accumulate_program, *resolve_program, *aov_program;
+  Kernel accumulate, resolve, aov;
+  DeviceBuffer info;              // ResolveInfo
+  DeviceBuffer sums;              // Float4 by pixel
+  DeviceBuffer picture;           // Float4 by pixel
+  DeviceBuffer aov_values, aov_ids;  // planes of shared/aov.h; empty without AOVs
+} Film;
+
+Status film_make(Film *out, Device *device, const DeviceScene *scene, const CameraInfo *camera, bool aovs, Log *log);
+void film_free(Film *film);
+
+// Adds the wave's samples to `sums` (film->sums, or a buffer like it).
+Status film_accumulate(const Film *film, Device *device, const CameraRays *camera, const Wave *wave, const DeviceBuffer *radiance,
+                       const DeviceBuffer *sums, Log *log);
+Status film_aov(const Film *film, Device *device, const DeviceScene *scene, const CameraRays *camera, const Wave *wave,
+                const RayStream *rays, const HitStream *hits, Log *log);
+
+// Turns sums into values; out is [height][width][4].
+Status film_resolve(const Film *film, Device *device, const DeviceBuffer *sums, const ResolveInfo *info, float *out, Log *log);

@@ -1,0 +1,57 @@
+#include "passes/shade.h"
+
+#include <string.h>
+
+#include "passes/scene_args.h"
+
+Status shader_make(Shader *out, Device *device, const DeviceScene *scene, Log *log)
+{
+  Status status = STATUS_OK;
+  Shader shader = {0};
+  char options[128];
+  device_scene_options(scene, options, sizeof options);
+  TRY(program_build(&shader.program, device, "shade/shade.cl", options, log));
+  TRY(program_kernel(&shader.kernel, shader.program, "shade", log));
+  TRY(buffer_create(&shader.info, device, sizeof(ShadeInfo), NULL, "shading settings", log));
+  TRY(buffer_create(&shader.counts, device, STREAM_COUNTS * sizeof(uint32_t), NULL, "stream counters", log));
+  *out = shader;
+  shader = (Shader){0};
+
+done:
+  shader_free(&shader);
+  return status;
+}
+
+void shader_free(Shader *shader)
+{
+  kernel_free(&shader->kernel);
+  program_free(shader->program);
+  buffer_free(&shader->info);
+  buffer_free(&shader->counts);
+  *shader = (Shader){0};
+}
+
+Status shade(const Shader *shader, Device *device, const DeviceScene *scene, const ShadeStreams *streams, uint32_t count,
+             const ShadeInfo *info, uint32_t counts[STREAM_COUNTS], const char *sentence, Log *log)
+{
+  Status status = STATUS_OK;
+  bool spawns = (info->cast_shadows && info->light_count) || info->reflect;
+  DeviceBuffer settings = shader->info, counters = shader->counts;
+  memset(counts, 0, STREAM_COUNTS * sizeof *counts);
+  TRY(buffer_write(device, &settings, info, sizeof *info, log));
+  TRY(buffer_zero(device, &counters, log));
+  TRY(device_launch(device, &shader->kernel, work_items(device, count), count, sentence,
+                    ARGS(ARG_BUFFER(shader->info), ARG_BUFFER(streams->rays->rays), ARG_BUFFER(streams->rays->slots),
+                         ARG(streams->rays->capacity), ARG(count), ARG_BUFFER(streams->hits->hits),
+                         ARG_BUFFER(streams->hits->ids), ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals),
+                         ATTRIBUTE_ARGS(scene), ARG_BUFFER(scene->lights), ARG_BUFFER(scene->environment),
+                         ARG_BUFFER(scene->environment_pixels), ARG_BUFFER(*streams->radiance),
+                         ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
+                         ARG_BUFFER(streams->reflected->rays), ARG_BUFFER(streams->reflected->slots),
+                         ARG_BUFFER(shader->counts)),
+                    log));
+  if (spawns) TRY(buffer_read(device, &shader->counts, counts, STREAM_COUNTS * sizeof *counts, log));
+
+done:
+  return status;
+}

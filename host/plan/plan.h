@@ -1,0 +1,40 @@
+// What is rendered and by which methods. A plan is a pure function of the settings and of facts about the scene: an
+// effect that the scene does not need gets no pass. No OpenCL here.
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum LightingModel { LIGHTING_PBR, LIGHTING_PHONG } LightingModel;
+typedef enum ShadowMethod { SHADOWS_NONE, SHADOWS_RAYS } ShadowMethod;
+typedef enum ReflectionMethod { REFLECTIONS_NONE, REFLECTIONS_RAYS } ReflectionMethod;
+
+// What the user asks for.
+typedef struct RenderSettings {
+  uint32_t width, height;
+  uint32_t samples;
+  LightingModel lighting;
+  ShadowMethod shadows;
+  ReflectionMethod reflections;
+  uint32_t max_depth;  // reflected bounces
+  float ambient;       // phong
+} RenderSettings;
+
+// What the scene has.
+typedef struct SceneFacts {
+  uint32_t light_count;
+  bool has_mirrors;
+  bool environment_lights;
+} SceneFacts;
+
+// What is done.
+typedef struct Plan {
+  LightingModel lighting;
+  bool shadow_rays;     // a light is there and shadows are asked for
+  bool reflected_rays;  // a mirror is there and reflections are asked for
+  bool environment_light;
+  uint32_t max_depth;  // 0 without reflected rays
+  float ambient;
+} Plan;
+
+Plan plan_make(const RenderSettings *settings, const SceneFacts *facts);

@@ -1,0 +1,52 @@
+// Renders one view of a scene on a device by the stream ray tracer.
+#pragma once
+
+#include "device_scene/device_scene.h"
+#include "passes/camera_rays.h"
+#include "passes/film.h"
+#include "passes/shade.h"
+#include "passes/trace.h"
+#include "plan/plan.h"
+
+typedef enum AovSet {
+  AOV_SET_NONE = 0,
+  AOV_SET_SURFACE = 1,     // the planes of shared/aov.h
+  AOV_SET_SHADOW = 2,      // share of the direct light that arrives at the first hit
+  AOV_SET_REFLECTION = 4,  // radiance that came by reflected rays
+} AovSet;
+
+// Called now and then with the share of the work done; `context` is the caller's.
+typedef void (*FrameProgress)(void *context, double share);
+
+typedef struct FrameRequest {
+  const Camera *camera;
+  PictureArea area;
+  uint32_t samples;
+  Plan plan;
+  uint32_t aovs;                           // of AovSet
+  FrameProgress progress;
+  void *progress_context;
+} FrameRequest;
+
+// Device resources of a frame. Buffers grow with the wave (device_traits()->wave_rays), not with the picture, save 32
+// bytes a pixel for the picture itself.
+typedef struct Frame {
+  Device *device;
+  const DeviceScene *scene;
+  FrameRequest request;
+  CameraRays camera;
+  Tracer tracer;
+  Shader shader;
+  Film film;
+  RayStream streams[2];  // rays that arrive and rays that are spawned, in turn
+  RayStream shadow;
+  HitStream hits;
+  DeviceBuffer radiance;  // Float4 by slot of the wave
+  DeviceBuffer own_sums, unshadowed_sums, direct_sums;  // for AOV_SET_SHADOW and AOV_SET_REFLECTION
+} Frame;
+
+Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const FrameRequest *request, Log *log);
+void frame_free(Frame *frame);
+
+// Renders all waves; the sums are then in frame->film. Errors: STATUS_DEVICE.
+Status frame_render(Frame *frame, Log *log);

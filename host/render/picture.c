@@ -1,0 +1,166 @@
+#include "render/picture.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "shared/aov.h"
+
+uint32_t aov_set_of(uint32_t names)
+{
+  uint32_t set = AOV_SET_NONE;
+  if (names & (AOV_NAME_SHADOW - 1)) set |= AOV_SET_SURFACE;
+  if (names & AOV_NAME_SHADOW) set |= AOV_SET_SHADOW;
+  if (names & AOV_NAME_REFLECTION) set |= AOV_SET_REFLECTION;
+  return set;
+}
+
+// Everything that a picture's groups point into.
+typedef struct PictureData {
+  float *picture;                         // [pixels][4]
+  float *values;                          // [AOV_VALUE_PLANES][pixels]
+  uint32_t *ids;                          // [AOV_ID_PLANES][pixels]
+  float *direct, *own, *unshadowed;       // [pixels][4]
+  float *normals, *albedos, *positions;   // [pixels][3]
+  float *shadows;                         // [pixels]
+  ImageChannels groups[16];
+  uint32_t group_count;
+} PictureData;
+
+static void picture_data_free(PictureData *data)
+{
+  void *arrays[] = {data->picture, data->values,  data->ids,     data->direct,    data->own,
+                    data->unshadowed, data->normals, data->albedos, data->positions, data->shadows};
+  for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
+}
+
+static void group_add(PictureData *data, ImageChannels group) { data->groups[data->group_count++] = group; }
+
+// Planes of one quantity, interleaved and scaled.
+static float *planes_interleave(const float *planes, size_t pixels, float scale)
+{
+  float *out = malloc(pixels * 3 * sizeof *out);
+  for (size_t i = 0; i < pixels && out; i++)
+    for (int c = 0; c < 3; c++) out[3 * i + c] = planes[c * pixels + i] * scale;
+  return out;
+}
+
+static Status aov_surface_groups(PictureData *data, Frame *frame, uint32_t names, size_t pixels, Log *log)
+{
+  Status status = STATUS_OK;
+  float scale = 1.0f / (float)frame->request.samples;
+  data->values = malloc(pixels * AOV_VALUE_PLANES * sizeof *data->values);
+  data->ids = malloc(pixels * AOV_ID_PLANES * sizeof *data->ids);
+  if (!data->values || !data->ids) return log_no_memory(log, "AOVs");
+  TRY(buffer_read(frame->device, &frame->film.aov_values, data->values, pixels * AOV_VALUE_PLANES * sizeof(float), log));
+  TRY(buffer_read(frame->device, &frame->film.aov_ids, data->ids, pixels * AOV_ID_PLANES * sizeof(uint32_t), log));
+  data->positions = planes_interleave(data->values + AOV_POSITION * pixels, pixels, 1);
+  data->normals = planes_interleave(data->values + AOV_NORMAL * pixels, pixels, scale);
+  data->albedos = planes_interleave(data->values + AOV_ALBEDO * pixels, pixels, scale);
+  if (!data->positions || !data->normals || !data->albedos) return log_no_memory(log, "AOVs");
+  if (names & AOV_NAME_DEPTH) group_add(data, (ImageChannels){{"depth.Z"}, 1, 1, data->values + AOV_DEPTH * pixels, 0});
+  if (names & AOV_NAME_POSITION)
+    group_add(data, (ImageChannels){{"position.X", "position.Y", "position.Z"}, 3, 3, data->positions, 0});
+  if (names & AOV_NAME_NORMAL) group_add(data, (ImageChannels){{"normal.X", "normal.Y", "normal.Z"}, 3, 3, data->normals, 0});
+  if (names & AOV_NAME_ALBEDO) group_add(data, (ImageChannels){{"albedo.R", "albedo.G", "albedo.B"}, 3, 3, data->albedos, 0});
+  if (names & AOV_NAME_OBJECT) group_add(data, (ImageChannels){{"object.id"}, 1, 1, data->ids + AOV_OBJECT * pixels, 1});
+  if (names & AOV_NAME_PRIMITIVE)
+    group_add(data, (ImageChannels){{"primitive.id"}, 1, 1, data->ids + AOV_PRIMITIVE * pixels, 1});
+  if (names & AOV_NAME_MATERIAL) group_add(data, (ImageChannels){{"material.id"}, 1, 1, data->ids + AOV_MATERIAL * pixels, 1});
+
+done:
+  return status;
+}
+
+static Status sums_read(float **out, Frame *frame, const DeviceBuffer *sums, size_t pixels, Log *log)
+{
+  *out = malloc(pixels * 4 * sizeof **out);
+  if (!*out) return log_no_memory(log, "AOVs");
+  return buffer_read(frame->device, sums, *out, pixels * 4 * sizeof **out, log);
+}
+
+// shadow: direct light that arrives over direct light without shadows, 1 where there is none.
+static Status aov_shadow_group(PictureData *data, Frame *frame, size_t pixels, Log *log)
+{
+  Status status = STATUS_OK;
+  TRY(sums_read(&data->own, frame, &frame->own_sums, pixels, log));
+  TRY(sums_read(&data->unshadowed, frame, &frame->unshadowed_sums, pixels, log));
+  data->shadows = malloc(pixels * sizeof *data->shadows);
+  if (!data->shadows) return log_no_memory(log, "AOVs");
+  for (size_t i = 0; i < pixels; i++) {
+    float arrives = 0, unshadowed = 0;
+    for (int c = 0; c < 3; c++) {
+      arrives += data->direct[4 * i + c] - data->own[4 * i + c];
+      unshadowed += data->unshadowed[4 * i + c] - data->own[4 * i + c];
+    }
+    data->shadows[i] = unshadowed > 0 ? fminf(fmaxf(arrives / unshadowed, 0), 1) : 1;
+  }
+  group_add(data, (ImageChannels){{"shadow.Y"}, 1, 1, data->shadows, 0});
+
+done:
+  return status;
+}
+
+// reflection: all radiance less that of the first hits, as linear as the picture.
+static Status aov_reflection_group(PictureData *data, Frame *frame, size_t pixels, float scale, Log *log)
+{
+  Status status = STATUS_OK;
+  float *sums = NULL;
+  TRY(sums_read(&sums, frame, &frame->film.sums, pixels, log));
+  for (size_t i = 0; i < 4 * pixels; i++) data->direct[i] = (sums[i] - data->direct[i]) * scale;
+  group_add(data, (ImageChannels){{"reflection.R", "reflection.G", "reflection.B"}, 3, 4, data->direct, 0});
+
+done:
+  free(sums);
+  return status;
+}
+
+Status picture_write(Frame *frame, const PictureOptions *options, ImageHelper *images, const char *path, const char *format,
+                     Log *log)
+{
+  Status status = STATUS_OK;
+  PictureData data = {0};
+  const CameraInfo *camera = &frame->camera.info;
+  size_t pixels = (size_t)camera->width * camera->height;
+  if (!format) format = image_format_of(path);
+  if (!format) return log_fail(log, STATUS_USAGE, "%s: unknown kind of picture: use .png, .jpg, .exr or .hdr", path);
+  bool exr = !strcmp(format, "exr"), linear = exr || !strcmp(format, "hdr");
+  if (options->aovs && !exr) return log_fail(log, STATUS_USAGE, "%s: --aov needs a format with layers: use .exr", path);
+
+  ResolveInfo resolve = {
+      .pixel_count = (uint32_t)pixels,
+      .scale = exp2f(options->exposure_ev) / (float)frame->request.samples,
+      .tone = options->tone,
+      .display = !linear,
+      .opaque = options->opaque,
+  };
+  data.picture = malloc(pixels * 4 * sizeof *data.picture);
+  if (!data.picture) {
+    status = log_no_memory(log, path);
+    goto done;
+  }
+  TRY(film_resolve(&frame->film, frame->device, &frame->film.sums, &resolve, data.picture, log));
+  bool alpha = exr || (!options->opaque && !strcmp(format, "png"));
+  group_add(&data, (ImageChannels){{"R", "G", "B", "A"}, alpha ? 4 : 3, 4, data.picture, 0});
+  if (frame->request.aovs & AOV_SET_SURFACE) TRY(aov_surface_groups(&data, frame, options->aovs, pixels, log));
+  if (frame->direct_sums.memory) TRY(sums_read(&data.direct, frame, &frame->direct_sums, pixels, log));
+  if (options->aovs & AOV_NAME_SHADOW) TRY(aov_shadow_group(&data, frame, pixels, log));
+  if (options->aovs & AOV_NAME_REFLECTION) TRY(aov_reflection_group(&data, frame, pixels, resolve.scale, log));
+
+  ImageOutput output = {
+      .width = camera->width,
+      .height = camera->height,
+      .groups = data.groups,
+      .group_count = data.group_count,
+      .bit_depth = options->bit_depth,
+      .quality = options->quality,
+      .compression = options->compression,
+      .attributes = options->attributes,
+      .attribute_count = options->attribute_count,
+  };
+  TRY(image_write(images, path, format, &output, log));
+
+done:
+  picture_data_free(&data);
+  return status;
+}

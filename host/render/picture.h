@@ -1,0 +1,37 @@
+// From a rendered frame to an image file: the picture and the AOVs asked for, in the form its format takes.
+#pragma once
+
+#include "image/image.h"
+#include "render/frame.h"
+
+enum AovName {
+  AOV_NAME_DEPTH = 1 << 0,
+  AOV_NAME_POSITION = 1 << 1,
+  AOV_NAME_NORMAL = 1 << 2,
+  AOV_NAME_ALBEDO = 1 << 3,
+  AOV_NAME_OBJECT = 1 << 4,
+  AOV_NAME_PRIMITIVE = 1 << 5,
+  AOV_NAME_MATERIAL = 1 << 6,
+  AOV_NAME_SHADOW = 1 << 7,
+  AOV_NAME_REFLECTION = 1 << 8,
+};
+
+// AovSet that the names need.
+uint32_t aov_set_of(uint32_t names);
+
+typedef struct PictureOptions {
+  uint32_t aovs;         // of AovName; EXR alone can hold them
+  float exposure_ev;
+  uint32_t tone;         // TONE_CURVE_*
+  bool opaque;           // alpha 1: the environment is the background
+  uint32_t bit_depth, quality;
+  const char *compression;
+  const ImageAttribute *attributes;
+  uint32_t attribute_count;
+} PictureOptions;
+
+// Resolves the frame and writes it. EXR and HDR hold linear radiance, times 2^exposure; PNG and JPEG are
+// display-encoded.
+// Errors: STATUS_USAGE (AOVs in a format that cannot hold them; unknown format), those of image_write.
+Status picture_write(Frame *frame, const PictureOptions *options, ImageHelper *images, const char *path, const char *format,
+                     Log *log);
