@@ -4,9 +4,9 @@
 #include "scene/scene.h"
 
 typedef struct GltfOptions {
-  int scene;            // index, or NONE for the file's default scene
-  bool allow_outside;   // URIs may leave the file's folder (--allow-outside)
-  uint64_t max_memory_bytes;
+  int scene;                  // index, or NONE for the file's default scene
+  bool allow_outside;         // URIs may leave the file's folder (--allow-outside)
+  uint64_t max_memory_bytes;  // 0: no limit
 } GltfOptions;
 
 // Reads the scene of a .gltf or .glb file: nodes that draw, cameras and lights of the chosen scene with resolved world
@@ -17,5 +17,9 @@ typedef struct GltfOptions {
 // `path`). A required extension that is unknown is STATUS_UNSUPPORTED by name; what is read but not rendered is a
 // warning by name. On failure *out is untouched and `log` holds `path: cause: hint`.
 //
-// Errors: STATUS_NOT_FOUND, STATUS_BAD_SCENE, STATUS_BAD_IMAGE, STATUS_UNSUPPORTED, STATUS_TOO_LARGE, STATUS_NO_MEMORY.
+// Skins and morph targets are applied in the pose at rest. Nothing is left in scene->environment (see
+// scene_add_default_lighting).
+//
+// Errors: STATUS_USAGE (no such scene), STATUS_NOT_FOUND, STATUS_BAD_SCENE, STATUS_BAD_IMAGE, STATUS_UNSUPPORTED,
+// STATUS_TOO_LARGE, STATUS_NO_MEMORY.
 Status gltf_read(Scene *out, const char *path, const GltfOptions *options, ImageHelper *images, Log *log);

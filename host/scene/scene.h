@@ -70,8 +70,8 @@ typedef enum CameraKind { CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC } CameraKind;
 typedef struct Camera {
   char *name;
   CameraKind kind;
-  double yfov_rad;      // perspective: full vertical angle
-  double ymag_m;        // orthographic: half the height
+  double yfov_rad;         // perspective: full vertical angle
+  double ymag_m;           // orthographic: half the height
   double znear_m, zfar_m;  // zfar is INFINITY when the file gives none
   Mat4 world_from_camera;
 } Camera;
@@ -123,6 +123,7 @@ typedef struct Scene {
 } Scene;
 
 void scene_free(Scene *scene);
+void primitive_free(Primitive *primitive);
 
 // Triangles drawn: the sum over objects.
 uint64_t scene_triangle_count(const Scene *scene);

@@ -1,0 +1,19 @@
+// URIs of buffers and images: data held in the URI, or files that must lie in the glTF's own folder.
+#pragma once
+
+#include "scene/gltf_context.h"
+
+bool gltf_uri_is_data(const char *uri);
+
+// Decodes a data: URI (base64 or percent-encoded). The caller frees out->owned. Errors: STATUS_BAD_SCENE,
+// STATUS_TOO_LARGE, STATUS_NO_MEMORY.
+Status gltf_uri_decode_data(GltfBytes *out, Gltf *gltf, const char *uri);
+
+// Turns a relative URI into the path of an existing file; the caller frees *out. Unless options->allow_outside, the URI
+// must be relative and the file, symbolic links followed, must lie in the folder of gltf->path or below.
+// Errors: STATUS_NOT_FOUND, STATUS_BAD_SCENE (outside), STATUS_UNSUPPORTED (http: and the like), STATUS_NO_MEMORY.
+Status gltf_uri_resolve(char **out, Gltf *gltf, const char *uri);
+
+// Reads a regular file, its first `size` bytes or (size 0) all of it. `what` names it in messages. The caller frees
+// out->owned. Errors: STATUS_NOT_FOUND, STATUS_BAD_SCENE (shorter than `size`), STATUS_TOO_LARGE, STATUS_NO_MEMORY.
+Status gltf_file_read(GltfBytes *out, Gltf *gltf, const char *what, uint64_t size);
