@@ -9,9 +9,9 @@
 
 // World-space triangles in scene order; triangle i has id i.
 typedef struct TriangleSoup {
-  const float (*positions)[3];       // [vertex_count]
-  const uint32_t (*triangles)[3];    // [triangle_count], indices into positions
-  const uint32_t *flags;             // [triangle_count], TRIANGLE_*
+  const float (*positions)[3];     // [vertex_count]
+  const uint32_t (*triangles)[3];  // [triangle_count], indices into positions
+  const uint32_t *flags;           // [triangle_count], TRIANGLE_*
   uint32_t vertex_count, triangle_count;
 } TriangleSoup;
 
@@ -31,8 +31,8 @@ typedef struct Bvh8 {
 } Bvh8;
 
 typedef struct BvhOptions {
-  uint32_t max_leaf;       // triangles, 1..8
-  float traversal_cost;    // of visiting a node, in units of one triangle test
+  uint32_t max_leaf;     // triangles, 1..8
+  float traversal_cost;  // of visiting a node, in units of one triangle test
 } BvhOptions;
 
 // The same tree for any number of threads. Triangles with a non-finite vertex are left out; those of zero area stay.
