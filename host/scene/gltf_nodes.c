@@ -151,6 +151,17 @@ done:
 
 static Vec3 column(const Mat4 *m, int i) { return vec3(m->m[4 * i], m->m[4 * i + 1], m->m[4 * i + 2]); }
 
+// World transform of a camera's or light's node, whose own scale does not count: turned back where that mirrors. (Its
+// ancestors' mirroring stays: the scene around it is mirrored as well.)
+static Mat4 world_unmirrored(const NodeWalk *walk, int node_index)
+{
+  const GltfNode *node = &walk->gltf->model->nodes[node_index];
+  Mat4 world = walk->worlds[node_index];
+  for (int i = 0; i < 12 && !node->matrix; i++)
+    if (node->scale[i / 4] < 0) world.m[i] = -world.m[i];
+  return world;
+}
+
 // Rotation and translation alone: z keeps its direction, y as near to its own as is upright to it, x follows.
 static Mat4 without_scale(const Mat4 *m)
 {
@@ -181,7 +192,8 @@ static Status camera_add(NodeWalk *walk, int node_index)
   Camera *out = &walk->scene->cameras[walk->scene->camera_count++];
   *out = camera;
   out->name = NULL;
-  out->world_from_camera = without_scale(&walk->worlds[node_index]);
+  Mat4 world = world_unmirrored(walk, node_index);
+  out->world_from_camera = without_scale(&world);
   return gltf_copy_name(&out->name, gltf, name);
 }
 
@@ -189,7 +201,7 @@ static Status light_add(NodeWalk *walk, int node_index)
 {
   Gltf *gltf = walk->gltf;
   const GltfNode *node = &gltf->model->nodes[node_index];
-  const Mat4 *world = &walk->worlds[node_index];
+  Mat4 world = world_unmirrored(walk, node_index);
   Light light = gltf->model->lights[node->light];
   const char *name = light.name[0] ? light.name : node->name;
   if (!(light.intensity >= 0) || !isfinite(light.intensity))
@@ -197,8 +209,8 @@ static Status light_add(NodeWalk *walk, int node_index)
                      (double)light.intensity);
   light.outer_cone_rad = fmin(fmax(light.outer_cone_rad, 0), M_PI / 2);
   light.inner_cone_rad = fmin(fmax(light.inner_cone_rad, 0), light.outer_cone_rad);
-  light.position_world = column(world, 3);
-  light.direction_world = vec3_unit_or(vec3_neg(column(world, 2)), vec3(0, 0, -1));
+  light.position_world = column(&world, 3);
+  light.direction_world = vec3_unit_or(vec3_neg(column(&world, 2)), vec3(0, 0, -1));
   light.name = NULL;
   Light *out = &walk->scene->lights[walk->scene->light_count++];
   *out = light;

@@ -108,8 +108,13 @@ done:
 Status gltf_pose_apply(Primitive *primitive, Gltf *gltf, const GltfPrimitive *from, const GltfPose *pose)
 {
   Status status = STATUS_OK;
+  if (from->target_count == 0 && !pose->world_from_bind) return STATUS_OK;
   TRY(morph_apply(primitive, gltf, from, pose));
   if (pose->world_from_bind) TRY(skin_apply(primitive, gltf, from, pose));
+  for (uint32_t i = 0; i < primitive->vertex_count; i++)
+    if (!vec3_is_finite(vec3_from_floats(primitive->positions[i])))
+      return gltf_fail(gltf, STATUS_BAD_SCENE, GLTF_HINT_REPAIR, "%s: vertex %u is not finite in its pose", gltf->where,
+                       i);
 
 done:
   return status;

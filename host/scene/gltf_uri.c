@@ -103,6 +103,13 @@ static bool climbs_out(const char *path)
   return depth < 0;
 }
 
+// Both without links and `..`; the folder ends in '/'.
+static bool is_within(const char *path, const char *folder)
+{
+  size_t length = strlen(folder);
+  return strncmp(path, folder, length) == 0 || (strlen(path) + 1 == length && strncmp(path, folder, length - 1) == 0);
+}
+
 // The folder of gltf->path with all links followed, ending in '/'.
 static Status folder_of(char out[PATH_MAX + 1], Gltf *gltf)
 {
@@ -149,7 +156,7 @@ Status gltf_uri_resolve(char **out, Gltf *gltf, const char *uri)
         gltf_fail(gltf, STATUS_NOT_FOUND, "put the file there", "refers to '%.200s': %s", relative, strerror(errno));
     goto done;
   }
-  if (!outside_allowed && strncmp(real, folder, strlen(folder)) != 0) {
+  if (!outside_allowed && !is_within(real, folder)) {
     status = gltf_fail(gltf, STATUS_BAD_SCENE, HINT_OUTSIDE, "'%.200s' is a link that leaves its folder", relative);
     goto done;
   }

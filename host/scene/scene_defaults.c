@@ -107,7 +107,7 @@ static Status sun_add(Scene *scene, Log *log)
       .name = name,
       .kind = LIGHT_DIRECTIONAL,
       .color = {1, 0.96f, 0.90f},
-      .intensity = 2.3f,
+      .intensity = 2,
       .range_m = INFINITY,
       .direction_world = vec3_unit_or(vec3(0.5, -1, -0.6), vec3(0, -1, 0)),
   };
