@@ -40,10 +40,10 @@ Status image_read(Image *out, ImageHelper *helper, ImageKind kind, const char *n
 // One output channel group: what an EXR calls a layer, e.g. {"R","G","B","A"} or {"depth.Z"}.
 typedef struct ImageChannels {
   const char *names[4];
-  uint32_t count;       // 1..4
-  uint32_t stride;      // elements from pixel to pixel, >= count
-  const void *data;     // [height][width][stride], float, or uint32_t where is_uint
-  uint32_t is_uint;     // 32-bit unsigned integers: object, primitive and material ids
+  uint32_t count;    // 1..4
+  uint32_t stride;   // elements from pixel to pixel, >= count
+  const void *data;  // [height][width][stride], float, or uint32_t where is_uint
+  uint32_t is_uint;  // 32-bit unsigned integers: object, primitive and material ids
 } ImageChannels;
 
 typedef struct ImageAttribute {
@@ -72,3 +72,7 @@ Status image_write(ImageHelper *helper, const char *path, const char *format, co
 
 // "png", "jpg", "exr" or "hdr" for a path by its ending; NULL for another.
 const char *image_format_of(const char *path);
+
+// Removes the temporary files of writes under way. For a signal handler that is about to end the program:
+// async-signal-safe.
+void image_remove_temporaries(void);

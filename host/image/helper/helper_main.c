@@ -1,0 +1,183 @@
+// frugal-image: decodes and encodes image files for the program that started it, over the socket that is its standard
+// input, so that OpenImageIO's start-up is hidden and a hostile file can break nothing but this process.
+
+#include <fcntl.h>
+#include <malloc.h>
+#include <math.h>
+#include <poll.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include "image/helper/oiio_shim.h"
+#include "image/helper/signature.h"
+#include "image/message.h"
+
+enum { WATCHER_STACK_BYTES = 1 << 17 };
+
+// Memory of a decode: the pixels as radiance, as much again for the decoder, and the libraries with their threads.
+static const uint64_t DECODE_BYTES_PER_PIXEL = 32, BASE_BYTES = 2ull << 30;
+
+typedef struct FdPath {
+  char text[32];
+} FdPath;
+
+static FdPath fd_path(int fd)
+{
+  FdPath path;
+  snprintf(path.text, sizeof path.text, "/proc/self/fd/%d", fd);
+  return path;
+}
+
+static void memory_limit(uint64_t bytes)
+{
+  struct rlimit limit;
+  getrlimit(RLIMIT_AS, &limit);
+  limit.rlim_cur = bytes < limit.rlim_max ? bytes : limit.rlim_max;
+  setrlimit(RLIMIT_AS, &limit);
+}
+
+static float linear_from_srgb(float v) { return v <= 0.04045f ? v / 12.92f : powf((v + 0.055f) / 1.055f, 2.4f); }
+
+static void radiance_clean(float *pixels, uint64_t count, bool is_srgb, ImageReply *reply)
+{
+  for (float *p = pixels; p < pixels + 4 * count; p += 4) {
+    if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2]) || !isfinite(p[3])) {
+      p[0] = p[1] = p[2] = 0;
+      if (!isfinite(p[3])) p[3] = 1;
+      reply->not_finite++;
+    }
+    bool negative = p[0] < 0 || p[1] < 0 || p[2] < 0 || p[3] < 0;
+    reply->negative += negative;
+    for (int c = 0; negative && c < 4; c++)
+      if (p[c] < 0) p[c] = 0;
+    for (int c = 0; is_srgb && c < 3; c++) p[c] = linear_from_srgb(p[c]);
+  }
+}
+
+static Status decode(ImageReply *reply, int *pixels_fd, const ImageRequest *request, int fd, Log *log)
+{
+  Status status = STATUS_OK;
+  struct stat file = {0};
+  uint8_t *bytes = MAP_FAILED;
+  void *pixels = MAP_FAILED;
+  size_t file_bytes = 0, pixel_bytes = 0;
+  OiioInput *input = NULL;
+  ImageFormat format = IMAGE_PNG;
+
+  memory_limit(BASE_BYTES + DECODE_BYTES_PER_PIXEL * request->max_pixels);
+  if (fstat(fd, &file) == 0 && file.st_size > 0) {
+    file_bytes = (size_t)file.st_size;
+    bytes = mmap(NULL, file_bytes, PROT_READ, MAP_PRIVATE, fd, 0);
+    if (bytes == MAP_FAILED) {
+      status = log_fail(log, STATUS_NO_MEMORY, "%zu bytes: the file is too large to map", file_bytes);
+      goto done;
+    }
+  }
+  TRY(signature_check(&format, bytes, file_bytes, request->max_pixels, log));
+  bool is_srgb = format == IMAGE_PNG || format == IMAGE_JPEG;
+  if (request->kind == IMAGE_TEXTURE && !is_srgb) {
+    status = log_fail(log, STATUS_BAD_IMAGE, "holds radiance, not a texture: convert it to PNG or JPEG");
+    goto done;
+  }
+
+  TRY(oiio_open(&input, &reply->width, &reply->height, format, fd_path(fd).text, log));
+  TRY(pixel_count_check(reply->width, reply->height, request->max_pixels, log));
+  uint64_t count = (uint64_t)reply->width * reply->height;
+  pixel_bytes = count * (request->kind == IMAGE_TEXTURE ? 4 : 4 * sizeof(float));
+  *pixels_fd = memfd_create("pixels", MFD_CLOEXEC);
+  if (*pixels_fd >= 0 && ftruncate(*pixels_fd, (off_t)pixel_bytes) == 0)
+    pixels = mmap(NULL, pixel_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, *pixels_fd, 0);
+  if (pixels == MAP_FAILED) {
+    status = log_fail(log, STATUS_NO_MEMORY, "%u x %u pixels: out of memory", reply->width, reply->height);
+    goto done;
+  }
+  TRY(oiio_decode(input, request->kind, pixels, log));
+  if (request->kind == IMAGE_RADIANCE) radiance_clean(pixels, count, is_srgb, reply);
+
+done:
+  oiio_close(input);
+  if (bytes != MAP_FAILED) munmap(bytes, file_bytes);
+  if (pixels != MAP_FAILED) munmap(pixels, pixel_bytes);
+  return status;
+}
+
+static Status encode(int *encoded_fd, const ImageRequest *request, int fd, Log *log)
+{
+  memory_limit(RLIM_INFINITY);
+  size_t size = request->pixel_bytes + request->text_bytes;
+  const uint8_t *pixels = mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0);
+  *encoded_fd = memfd_create("encoded", MFD_CLOEXEC);
+  if (pixels == MAP_FAILED || *encoded_fd < 0) return log_no_memory(log, "image helper");
+  Status status =
+      oiio_encode(fd_path(*encoded_fd).text, request, pixels, (const char *)pixels + request->pixel_bytes, log);
+  munmap((void *)pixels, size);
+  return status;
+}
+
+// One line, without the names that files have in this process.
+static void message_clean(char *out, size_t size, const char *message)
+{
+  static const char fd_folder[] = "/proc/self/fd/";
+  size_t used = 0;
+  for (const char *p = message; *p && used + 1 < size; p++) {
+    if (strncmp(p, fd_folder, sizeof fd_folder - 1) == 0) {
+      p += sizeof fd_folder - 1;
+      while (p[1] >= '0' && p[1] <= '9') p++;
+      memcpy(out + used, "file", size - used > 4 ? 4 : 0);
+      used += size - used > 4 ? 4 : 0;
+      continue;
+    }
+    out[used++] = (unsigned char)*p < ' ' ? ' ' : *p;
+  }
+  out[used] = 0;
+}
+
+// Ends this process as soon as the other side is gone, also in the middle of a request. (A parent-death signal would
+// come when the thread that started the helper ends.)
+static void *connection_watch(void *unused)
+{
+  struct pollfd connection = {.fd = STDIN_FILENO};
+  while (poll(&connection, 1, -1) < 1 || !(connection.revents & (POLLHUP | POLLERR))) continue;
+  _exit(0);
+}
+
+static void set_up(void)
+{
+  pthread_t watcher;
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, WATCHER_STACK_BYTES);
+  pthread_create(&watcher, &attributes, connection_watch, NULL);
+  pthread_attr_destroy(&attributes);
+  setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
+  mallopt(M_ARENA_MAX, 2);  // each arena would take 64 MB of the address space that memory_limit allows
+  oiio_set_up();
+}
+
+int main(void)
+{
+  int type = 0;
+  socklen_t type_size = sizeof type;
+  if (getsockopt(STDIN_FILENO, SOL_SOCKET, SO_TYPE, &type, &type_size) != 0 || type != SOCK_SEQPACKET) {
+    fputs("frugal-image: a part of frugal, which starts it; it works\n", stderr);
+    return 2;
+  }
+  set_up();
+  for (;;) {
+    ImageRequest request;
+    ImageReply reply = {.protocol = IMAGE_PROTOCOL};
+    Log log = {0};
+    int fd, result_fd = -1;
+    ssize_t length = message_receive(STDIN_FILENO, &request, sizeof request, &fd);
+    if (length != sizeof request || request.protocol != IMAGE_PROTOCOL || fd < 0) _exit(length == 0 ? 0 : 2);
+    reply.status = request.operation == IMAGE_DECODE ? decode(&reply, &result_fd, &request, fd, &log)
+                                                     : encode(&result_fd, &request, fd, &log);
+    message_clean(reply.message, sizeof reply.message, log.error);
+    if (!message_send(STDIN_FILENO, &reply, sizeof reply, reply.status ? -1 : result_fd)) _exit(0);
+    close(fd);
+    if (result_fd >= 0) close(result_fd);
+  }
+}
