@@ -5,8 +5,12 @@
 // products, so that it is never positive where the truth is negative; a zero counts as inside for both (no double
 // precision needed), and the tie in distance goes to the nearer hit, then to the lower id. That needs FP_CONTRACT OFF.
 //
+// A hit counts only where t exceeds t_error, the rounding error of t itself: a ray that starts on a triangle's plane does
+// not hit it, nor what lies in the same plane, and what is lost is nearer than rounding can tell.
+//
 //   Fails where a triangle is so thin that its determinant underflows (about 1e-38): it is then not hit at all.
-//   From  Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013.
+//   From  Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013; Pharr, Jakob, Humphreys, "Physically
+//         Based Rendering", 3rd edition, 2016, section 3.9.6 (the error bound, here with this test's own roundings).
 
 #include "lib/lanes.cl"
 #include "shared/bvh.h"
@@ -43,10 +47,18 @@ static inline ShearedRay shear_ray(Vec3L origin, Vec3L direction, uint kz)
 }
 
 typedef struct TriangleHit {
-  IntL inside;         // the line meets the triangle
-  FloatL t, u, v;      // distance, weights of vertices 1 and 2; undefined where not inside
+  IntL inside;                // the line meets the triangle
+  FloatL t, u, v;             // distance, weights of vertices 1 and 2; undefined where not inside
+  FloatL t_error;             // bound on the error of t from all roundings but that of the shear, which vanishes at t = 0
   IntL determinant_positive;  // front face, if the direction's component kz is positive
 } TriangleHit;
+
+#define ROUNDING 5.9604645e-8f  // 2^-24, half an ulp of 1
+
+static inline FloatL max_magnitude(FloatL a, FloatL b, FloatL c)
+{
+  return max_lane(max_lane(fabs(a), fabs(b)), fabs(c));
+}
 
 // Vertices a, b, c as components (kx, ky, kz) in world space.
 static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, FloatL ay, FloatL az, FloatL bx, FloatL by,
@@ -72,5 +84,12 @@ static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, F
   hit.u = v / determinant;
   hit.v = w / determinant;
   hit.determinant_positive = determinant > zero;
+
+  // Each sheared coordinate is off by 2 (|x| + |z|) roundings, each product of an edge function by one and both by their
+  // factors' errors; t is a mean of az, bz, cz weighted by edge functions over their sum.
+  FloatL x = max_magnitude(ax, bx, cx), y = max_magnitude(ay, by, cy), z = max_magnitude(az, bz, cz);
+  FloatL edge = FLOATL(12) * x * y + FLOATL(4) * z * (x + y);
+  hit.t_error =
+      FLOATL(ROUNDING) * z * fabs(ray->shear_z) * (FLOATL(6) + FLOATL(3) * edge / max_lane(fabs(determinant), FLOATL(1e-37f)));
   return hit;
 }

@@ -97,6 +97,7 @@ static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uin
         accept = accept & ((hit.determinant_positive != INTL(0)) == (positive_kz != INTL(0)));
     }
     if (!any_lane(accept)) continue;
+    accept = accept & (hit.t > hit.t_error);
 #ifdef HAS_MASK
     if (flags & TRIANGLE_MASKED) accept = accept & alpha_passes(attributes, id, accept, hit.u, hit.v);
 #endif

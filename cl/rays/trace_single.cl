@@ -68,6 +68,7 @@ static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_h
       vload8(0, block->vertex[2][kx]), vload8(0, block->vertex[2][ky]), vload8(0, block->vertex[2][kz]));
   IntL accept = hit.inside & (hit.t > FLOATL(ray->t_min)) & (any_hit ? hit.t < FLOATL(ray->t) : hit.t <= FLOATL(ray->t));
   if (!any_lane(accept)) return false;
+  accept = accept & (hit.t > hit.t_error);
   UintL flags = vload8(0, block->flags);
   if (!any_hit)
     accept = accept & (((flags & UINTL(TRIANGLE_SINGLE_SIDED)) == UINTL(0)) | (hit.determinant_positive == ray->positive_kz));
