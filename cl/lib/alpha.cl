@@ -2,15 +2,10 @@
 
 #include "lib/texture.cl"
 
-// Lanes of `accept` whose alpha at barycentrics (u, v) of triangle `id` reaches the material's cutoff.
+// Lanes whose alpha at barycentrics (u, v) of triangle `id` reaches the material's cutoff, of those of `accept`.
 static inline IntL alpha_passes(const AttributeSources *from, uint id, IntL accept, FloatL u, FloatL v)
 {
   TriangleCorners corners = from->corners[id];
-  float cutoff = from->materials[corners.material].alpha_cutoff;
-  FloatL alpha = FLOATL(-1);
-  for (uint bits = lane_bits(accept); bits; bits &= bits - 1) {
-    uint lane = lowest_bit(bits);
-    LANE_FLOAT(alpha, lane) = base_color_sample(from, &corners, LANE_FLOAT(u, lane), LANE_FLOAT(v, lane)).w;
-  }
-  return alpha >= FLOATL(cutoff);
+  Color4L color = base_color_sample(from, &corners, accept, u, v);
+  return color.a >= FLOATL(from->materials[corners.material].alpha_cutoff);
 }

@@ -39,6 +39,16 @@ static inline void stream_append(IntL mask, Vec3L origin, Vec3L direction, Float
   uint bits = lane_bits(mask);
   if (!bits) return;
   uint at = atomic_add(count, (uint)popcount(bits));
+#if LANES > 1
+  if (popcount(bits) == LANES) {
+    stream_store3(origin, rays, capacity, RAY_ORIGIN_X, at);
+    stream_store3(direction, rays, capacity, RAY_DIRECTION_X, at);
+    LANE_STORE(t_max, rays + RAY_T_MAX * capacity, at);
+    stream_store3(weight, rays, capacity, RAY_WEIGHT_R, at);
+    LANE_STORE(slot, slots, at);
+    return;
+  }
+#endif
   for (; bits; bits &= bits - 1, at++) {
     uint lane = lowest_bit(bits);
     rays[RAY_ORIGIN_X * capacity + at] = LANE_FLOAT(origin.x, lane);

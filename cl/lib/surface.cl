@@ -3,10 +3,11 @@
 #include "lib/brdf.cl"
 #include "lib/texture.cl"
 
-// Arrays of the scene (host/device_scene), by vertex or by triangle id.
+// Arrays of the scene (host/device_scene), by vertex.
 typedef struct GeometrySources {
   global const float *positions;  // [vertex_count][3]
   global const float *normals;    // [vertex_count][3]
+  global const Float4 *tangents;  // [vertex_count], w = side of the bitangent, 0 where the file has none; with HAS_NORMAL_MAPS
 } GeometrySources;
 
 typedef struct Surface {
@@ -16,6 +17,7 @@ typedef struct Surface {
   Vec3L normal;     // unit shading normal, on the side of the geometric one's flip
   Vec3L emission;
   Vec3L base;
+  FloatL occlusion;  // of the environment's diffuse light; 1 is open
   Reflectance reflectance;
   IntL unlit;
 } Surface;
@@ -24,14 +26,72 @@ typedef struct Surface {
 // magnitudes: twice gamma(7) of Pharr, Jakob, Humphreys, "Physically Based Rendering", 3rd edition, 2016, section 3.9.
 #define POSITION_ERROR 8.4e-7f
 
-static inline void lane_vector_load(Vec3L *out, uint lane, global const float *array, uint index)
+// Sets the lanes of `group` to the vector `index` of an array.
+static inline void group_vector_load(Vec3L *out, IntL group, global const float *array, uint index)
 {
-  LANE_FLOAT(out->x, lane) = array[3 * index];
-  LANE_FLOAT(out->y, lane) = array[3 * index + 1];
-  LANE_FLOAT(out->z, lane) = array[3 * index + 2];
+  float3 value = vload3(index, array);
+  out->x = group ? FLOATL(value.x) : out->x;
+  out->y = group ? FLOATL(value.y) : out->y;
+  out->z = group ? FLOATL(value.z) : out->z;
 }
 
-// Surface at barycentrics (u, v) of triangles `id`, for the lanes of `mask`, seen along `direction` (any length).
+static inline Vec3L blend3(Vec3L a, Vec3L b, Vec3L c, FloatL u, FloatL v)
+{
+  FloatL w = FLOATL(1) - u - v;
+  return add3(add3(scale3(a, w), scale3(b, u)), scale3(c, v));
+}
+
+#ifdef HAS_NORMAL_MAPS
+// Tangents of a mapped normal: glTF 2.0, sections 3.7.2.1 and 3.9.3. Where the file gives none, the triangle's own.
+typedef struct TangentFrame {
+  Vec3L tangent;
+  FloatL side;    // bitangent = cross(normal, tangent) x side; 0: no normal map here
+  Vec3L sampled;  // in the frame tangent, bitangent, normal
+} TangentFrame;
+
+static inline void tangent_frame_load(TangentFrame *frame, const GeometrySources *geometry, const AttributeSources *attributes,
+                                      const TriangleCorners *corners, global const MaterialInfo *material, IntL group, FloatL u,
+                                      FloatL v)
+{
+  Color4L texel = {frame->sampled, FLOATL(0)};
+  texture_use_sample(&texel, attributes, &material->normal_use, corners, group, u, v, 256);
+  FloatL scale = FLOATL(2 * material->normal_scale), shift = FLOATL(material->normal_scale);
+  frame->sampled.x = group ? texel.rgb.x * scale - shift : frame->sampled.x;
+  frame->sampled.y = group ? texel.rgb.y * scale - shift : frame->sampled.y;
+  frame->sampled.z = group ? FLOATL(2) * texel.rgb.z - FLOATL(1) : frame->sampled.z;
+
+  global const float *tangents = (global const float *)geometry->tangents;
+  float4 a = vload4(corners->vertex[0], tangents), b = vload4(corners->vertex[1], tangents);
+  float4 c = vload4(corners->vertex[2], tangents);
+  if (a.w == 0) {
+    float3 p = vload3(corners->vertex[0], geometry->positions);
+    float3 pb = vload3(corners->vertex[1], geometry->positions) - p, pc = vload3(corners->vertex[2], geometry->positions) - p;
+    uint set = material->normal_use.uv_set;
+    float2 t = corner_uv(attributes, set, corners->vertex[0]);
+    float2 tb = corner_uv(attributes, set, corners->vertex[1]) - t, tc = corner_uv(attributes, set, corners->vertex[2]) - t;
+    float sign = tb.x * tc.y - tc.x * tb.y < 0 ? -1 : 1;
+    float3 along_u = (pb * tc.y - pc * tb.y) * sign, along_v = (pc * tb.x - pb * tc.x) * sign;
+    float length = sqrt(dot(along_u, along_u));
+    float side = dot(cross(cross(pb, pc), along_u), along_v) < 0 ? -1 : 1;
+    a = b = c = (float4)(length > 0 ? along_u / length : (float3)(0), side);
+  }
+  Vec3L tangent = blend3(vec3l(FLOATL(a.x), FLOATL(a.y), FLOATL(a.z)), vec3l(FLOATL(b.x), FLOATL(b.y), FLOATL(b.z)),
+                         vec3l(FLOATL(c.x), FLOATL(c.y), FLOATL(c.z)), u, v);
+  frame->tangent = select3(group, tangent, frame->tangent);
+  frame->side = group ? FLOATL(a.w) : frame->side;
+}
+
+static inline Vec3L normal_mapped(const TangentFrame *frame, Vec3L normal)
+{
+  Vec3L bitangent = scale3(cross3(normal, frame->tangent), frame->side);
+  Vec3L mapped = add3(scale3(frame->tangent, frame->sampled.x), scale3(bitangent, frame->sampled.y));
+  mapped = add3(mapped, scale3(normal, frame->sampled.z));
+  return select3((frame->side != FLOATL(0)) & (dot3(mapped, mapped) > FLOATL(0)), unit3(mapped), normal);
+}
+#endif
+
+// Surface at barycentrics (u, v) of triangles `id`, for the lanes of `mask`, seen along `direction` (any length). Lanes on
+// one triangle load it once.
 static inline Surface surface_load(const GeometrySources *geometry, const AttributeSources *attributes, UintL id, FloatL u,
                                    FloatL v, Vec3L direction, IntL mask)
 {
@@ -41,47 +101,61 @@ static inline Surface surface_load(const GeometrySources *geometry, const Attrib
   Vec3L p0 = nothing, p1 = nothing, p2 = nothing, n0 = nothing, n1 = nothing, n2 = nothing;
   FloatL metallic = zero;
   s.base = s.emission = nothing;
+  s.occlusion = one;
   s.reflectance.roughness = zero;
-  UintL flags = UINTL(0);
-  for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
-    uint lane = lowest_bit(bits);
-    TriangleCorners corners = attributes->corners[LANE_UINT(id, lane)];
-    global const MaterialInfo *material = &attributes->materials[corners.material];
-    lane_vector_load(&p0, lane, geometry->positions, corners.vertex[0]);
-    lane_vector_load(&p1, lane, geometry->positions, corners.vertex[1]);
-    lane_vector_load(&p2, lane, geometry->positions, corners.vertex[2]);
-    lane_vector_load(&n0, lane, geometry->normals, corners.vertex[0]);
-    lane_vector_load(&n1, lane, geometry->normals, corners.vertex[1]);
-    lane_vector_load(&n2, lane, geometry->normals, corners.vertex[2]);
-    float lane_u = LANE_FLOAT(u, lane), lane_v = LANE_FLOAT(v, lane);
-    float4 base = base_color_sample(attributes, &corners, lane_u, lane_v);
-    float roughness = material->roughness, lane_metallic = material->metallic;
-    float3 emission = vload3(0, material->emission);
-#ifdef HAS_TEXTURES
-    if (material->metallic_roughness_use.texture != TEXTURE_NONE) {
-      float4 t = texture_use_sample(attributes, &material->metallic_roughness_use, &corners, lane_u, lane_v, 256);
-      roughness *= t.y;
-      lane_metallic *= t.z;
-    }
-    if (material->emission_use.texture != TEXTURE_NONE)
-      emission *= texture_use_sample(attributes, &material->emission_use, &corners, lane_u, lane_v, 0).xyz;
+  s.unlit = INTL(0);
+#ifdef HAS_NORMAL_MAPS
+  TangentFrame frame = {nothing, zero, nothing};
 #endif
-    LANE_FLOAT(s.base.x, lane) = base.x;
-    LANE_FLOAT(s.base.y, lane) = base.y;
-    LANE_FLOAT(s.base.z, lane) = base.z;
-    LANE_FLOAT(s.emission.x, lane) = emission.x;
-    LANE_FLOAT(s.emission.y, lane) = emission.y;
-    LANE_FLOAT(s.emission.z, lane) = emission.z;
-    LANE_FLOAT(s.reflectance.roughness, lane) = roughness;
-    LANE_FLOAT(metallic, lane) = lane_metallic;
-    LANE_UINT(flags, lane) = material->flags;
+  for (uint bits = lane_bits(mask); bits;) {
+    uint triangle = LANE_UINT(id, lowest_bit(bits));
+    IntL group = mask & (id == UINTL(triangle));
+    bits &= ~lane_bits(group);
+    TriangleCorners corners = attributes->corners[triangle];
+    global const MaterialInfo *material = &attributes->materials[corners.material];
+    group_vector_load(&p0, group, geometry->positions, corners.vertex[0]);
+    group_vector_load(&p1, group, geometry->positions, corners.vertex[1]);
+    group_vector_load(&p2, group, geometry->positions, corners.vertex[2]);
+    group_vector_load(&n0, group, geometry->normals, corners.vertex[0]);
+    group_vector_load(&n1, group, geometry->normals, corners.vertex[1]);
+    group_vector_load(&n2, group, geometry->normals, corners.vertex[2]);
+    Color4L base = base_color_sample(attributes, &corners, group, u, v);
+    FloatL roughness = FLOATL(material->roughness), group_metallic = FLOATL(material->metallic);
+    Vec3L emission = vec3l(FLOATL(material->emission[0]), FLOATL(material->emission[1]), FLOATL(material->emission[2]));
+#ifdef HAS_TEXTURES
+    Color4L texel = {nothing, zero};
+    if (material->metallic_roughness_use.texture != TEXTURE_NONE) {
+      texture_use_sample(&texel, attributes, &material->metallic_roughness_use, &corners, group, u, v, 256);
+      roughness *= texel.rgb.y;
+      group_metallic *= texel.rgb.z;
+    }
+    if (material->emission_use.texture != TEXTURE_NONE) {
+      texture_use_sample(&texel, attributes, &material->emission_use, &corners, group, u, v, 0);
+      emission = mul3(emission, texel.rgb);
+    }
+    if (material->occlusion_use.texture != TEXTURE_NONE) {
+      texture_use_sample(&texel, attributes, &material->occlusion_use, &corners, group, u, v, 256);
+      s.occlusion = group ? one + FLOATL(material->occlusion_strength) * (texel.rgb.x - one) : s.occlusion;
+    }
+#endif
+#ifdef HAS_NORMAL_MAPS
+    if (material->normal_use.texture != TEXTURE_NONE)
+      tangent_frame_load(&frame, geometry, attributes, &corners, material, group, u, v);
+#endif
+    s.base = select3(group, base.rgb, s.base);
+    s.emission = select3(group, emission, s.emission);
+    s.reflectance.roughness = group ? roughness : s.reflectance.roughness;
+    metallic = group ? group_metallic : metallic;
+    if (material->flags & MATERIAL_UNLIT) s.unlit = s.unlit | group;
   }
   FloatL w = one - u - v;
-  s.position = add3(add3(scale3(p0, w), scale3(p1, u)), scale3(p2, v));
+  s.position = blend3(p0, p1, p2, u, v);
   s.geometric = unit3(cross3(sub3(p1, p0), sub3(p2, p0)));
-  Vec3L interpolated = add3(add3(scale3(n0, w), scale3(n1, u)), scale3(n2, v));
-  IntL defined = dot3(interpolated, interpolated) > zero;
-  s.normal = select3(defined, unit3(interpolated), s.geometric);
+  Vec3L interpolated = blend3(n0, n1, n2, u, v);
+  s.normal = select3(dot3(interpolated, interpolated) > zero, unit3(interpolated), s.geometric);
+#ifdef HAS_NORMAL_MAPS
+  s.normal = normal_mapped(&frame, s.normal);
+#endif
   IntL behind = dot3(s.geometric, direction) > zero;
   s.geometric = select3(behind, sub3(nothing, s.geometric), s.geometric);
   s.normal = select3(behind, sub3(nothing, s.normal), s.normal);
@@ -97,6 +171,5 @@ static inline Surface surface_load(const GeometrySources *geometry, const Attrib
   FloatL dielectric = FLOATL(0.04f) * diffuse;
   s.reflectance.specular = vec3l(dielectric + s.base.x * metallic, dielectric + s.base.y * metallic, dielectric + s.base.z * metallic);
   s.reflectance.mirror = s.reflectance.roughness <= zero;
-  s.unlit = (flags & UINTL(MATERIAL_UNLIT)) != UINTL(0);
   return s;
 }

@@ -39,14 +39,14 @@ static inline void plane_add3(global float *values, uint plane, uint pixels, uin
 
 kernel void aov(constant CameraInfo *camera, uint first_tile, uint tile_count, uint first_sample, uint sample_count,
                 global const float *rays, uint capacity, global const float *hits, global const uint *hit_ids,
-                global const float *positions, global const float *normals, global const TriangleCorners *corners,
+                global const float *positions, global const float *normals, global const Float4 *tangents, global const TriangleCorners *corners,
                 global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
                 global const MaterialInfo *materials, global const TextureInfo *textures, global const uchar4 *texels,
                 constant float *linear_from_byte, global const uint *object_starts, uint object_count,
                 global float *values, global uint *ids)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  GeometrySources geometry = {positions, normals};
+  GeometrySources geometry = {positions, normals, tangents};
   uint pixel_count = tile_count * TILE_PIXELS, picture_pixels = camera->width * camera->height;
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, pixel_count);

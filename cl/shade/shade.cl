@@ -72,7 +72,8 @@ static inline Vec3L surface_own_radiance(const Surface *s, Vec3L to_eye, FloatL 
   if (shade->model == LIGHTING_MODEL_PHONG) {
     own = add3(own, scale3(s->base, FLOATL(shade->ambient)));
   } else if (shade->environment_lights) {
-    own = add3(own, mul3(diffuse_albedo_pbr(&s->reflectance, nv), environment_irradiance(environment, s->normal)));
+    Vec3L diffuse = mul3(diffuse_albedo_pbr(&s->reflectance, nv), environment_irradiance(environment, s->normal));
+    own = add3(own, scale3(diffuse, s->occlusion));
     Vec3L mirrored = mirror3(to_eye, s->normal);
     FloatL alpha = s->reflectance.roughness * s->reflectance.roughness;
     Vec3L glossy = mul3(specular_albedo_fit(&s->reflectance, nv), environment_glossy(environment, mirrored, alpha));
@@ -92,7 +93,7 @@ static inline void shade_misses(IntL missed, Vec3L direction, Vec3L weight, Uint
 
 kernel void shade(constant ShadeInfo *shade, global const float *rays, global const uint *slots, uint capacity, uint ray_count,
                   global const float *hits, global const uint *hit_ids, global const float *positions,
-                  global const float *normals, global const TriangleCorners *corners, global const Float2 *uvs,
+                  global const float *normals, global const Float4 *tangents, global const TriangleCorners *corners, global const Float2 *uvs,
                   global const Float4 *colors, uint vertex_count, global const MaterialInfo *materials,
                   global const TextureInfo *textures, global const uchar4 *texels, constant float *linear_from_byte,
                   global const LightInfo *lights, constant EnvironmentInfo *environment,
@@ -100,7 +101,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                   global uint *shadow_slots, global float *reflected_rays, global uint *reflected_slots, global uint *counts)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  GeometrySources geometry = {positions, normals};
+  GeometrySources geometry = {positions, normals, tangents};
   FloatL zero = FLOATL(0);
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);

@@ -44,10 +44,10 @@ typedef struct MaterialInfo {
   float metallic, roughness;
   float alpha_cutoff;
   uint flags;  // MATERIAL_*
-  float normal_scale;
-  TextureUse base_color_use, metallic_roughness_use, emission_use, normal_use;
+  float normal_scale, occlusion_strength;
+  TextureUse base_color_use, metallic_roughness_use, emission_use, normal_use, occlusion_use;
 } MaterialInfo;
-SHARED_SIZE(MaterialInfo, 176);
+SHARED_SIZE(MaterialInfo, 212);
 
 #define LIGHT_KIND_POINT 0u
 #define LIGHT_KIND_SPOT 1u

@@ -79,16 +79,12 @@ done:
 // What the file has and Frugal does not render yet, by name and once each.
 static void warn_not_rendered(const Scene *scene, Log *log)
 {
-  bool blend = false, normal = false, occlusion = false;
+  bool blend = false;
   for (uint32_t i = 0; i < scene->material_count; i++) {
     const Material *material = &scene->materials[i];
     blend |= material->alpha_mode == ALPHA_BLEND;
-    normal |= material->normal_slot.texture != NONE;
-    occlusion |= material->occlusion_slot.texture != NONE;
   }
   if (blend) log_warn(log, "%s: alphaMode BLEND is not rendered yet: such surfaces are opaque", scene->path);
-  if (normal) log_warn(log, "%s: normal textures are not rendered yet: surfaces keep their vertex normals", scene->path);
-  if (occlusion) log_warn(log, "%s: occlusion textures are not rendered yet", scene->path);
 }
 
 static Status scene_read(Job *job)

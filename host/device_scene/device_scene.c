@@ -70,6 +70,7 @@ static Status arrays_upload(DeviceScene *out, Device *device, const FlatScene *f
   } arrays[] = {
       {&out->positions, vertices * sizeof *flat->positions, flat->positions, "positions"},
       {&out->normals, vertices * sizeof *flat->normals, flat->normals, "normals"},
+      {&out->tangents, flat->tangents ? vertices * sizeof *flat->tangents : 0, flat->tangents, "tangents"},
       {&out->uvs, vertices * flat->uv_set_count * sizeof *flat->uvs, flat->uvs, "texture coordinates"},
       {&out->colors, flat->colors ? vertices * sizeof *flat->colors : 0, flat->colors, "vertex colours"},
       {&out->corners, triangles * sizeof *flat->corners, flat->corners, "triangles"},
@@ -109,6 +110,7 @@ Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, T
   made.has_textures = flat.has_textures;
   made.has_masks = flat.has_masks;
   made.has_colors = flat.colors != NULL;
+  made.has_normal_maps = flat.tangents != NULL;
   made.has_mirrors = flat.has_mirrors;
   made.environment_lights = flat.environment_lights;
   *out = made;
@@ -127,13 +129,13 @@ void device_scene_free(DeviceScene *scene)
                              &scene->materials,  &scene->textures,    &scene->texels,
                              &scene->lights,     &scene->environment, &scene->environment_pixels,
                              &scene->bvh2_nodes, &scene->bvh8_nodes,  &scene->linear_from_byte,
-                             &scene->bvh8_blocks, &scene->bvh2_triangles};
+                             &scene->bvh8_blocks, &scene->bvh2_triangles, &scene->tangents};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
   *scene = (DeviceScene){0};
 }
 
 void device_scene_options(const DeviceScene *scene, char *out, size_t size)
 {
-  snprintf(out, size, "%s%s%s", scene->has_textures ? "-D HAS_TEXTURES " : "", scene->has_colors ? "-D HAS_VERTEX_COLORS " : "",
-           scene->has_masks ? "-D HAS_MASK " : "");
+  snprintf(out, size, "%s%s%s%s", scene->has_textures ? "-D HAS_TEXTURES " : "", scene->has_colors ? "-D HAS_VERTEX_COLORS " : "",
+           scene->has_masks ? "-D HAS_MASK " : "", scene->has_normal_maps ? "-D HAS_NORMAL_MAPS " : "");
 }

@@ -6,14 +6,14 @@
 
 typedef struct DeviceScene {
   // by vertex and by triangle (shared/scene.h)
-  DeviceBuffer positions, normals, uvs, colors, corners, object_starts;
+  DeviceBuffer positions, normals, tangents, uvs, colors, corners, object_starts;
   DeviceBuffer materials, textures, texels, linear_from_byte;
   DeviceBuffer lights, environment, environment_pixels;
   // shared/bvh.h; the wide tree is there only where device_traits()->wide_bvh
   DeviceBuffer bvh2_nodes, bvh2_triangles, bvh8_nodes, bvh8_blocks;
 
   uint32_t vertex_count, triangle_count, object_count, light_count, material_count;
-  bool has_textures, has_masks, has_colors, has_mirrors, environment_lights;
+  bool has_textures, has_normal_maps, has_masks, has_colors, has_mirrors, environment_lights;
 } DeviceScene;
 
 // Flattens, builds the BVH and uploads; the host copies are freed. Host steps go to `timeline` when it is not NULL.

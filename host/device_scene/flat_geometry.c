@@ -17,6 +17,12 @@ typedef struct Flattening {
   Draw *draws;
 } Flattening;
 
+static Float4 tangent_world(const Mat4 *world_from_object, const float tangent[4], double side)
+{
+  Vec3 world = vec3_unit_or(mat4_direction(world_from_object, vec3_from_floats(tangent)), vec3(0, 0, 0));
+  return (Float4){(float)world.x, (float)world.y, (float)world.z, (float)(tangent[3] * side)};
+}
+
 static void vertices_flatten(FlatScene *flat, const Draw *draw)
 {
   const Primitive *from = draw->primitive;
@@ -33,6 +39,7 @@ static void vertices_flatten(FlatScene *flat, const Draw *draw)
     flat->normals[at][0] = (float)normal.x;
     flat->normals[at][1] = (float)normal.y;
     flat->normals[at][2] = (float)normal.z;
+    if (flat->tangents) flat->tangents[at] = from->tangents ? tangent_world(world_from_object, from->tangents[i], side) : (Float4){0};
     for (uint32_t set = 0; set < flat->uv_set_count; set++) {
       const float(*uvs)[2] = from->uvs[set] ? (const float(*)[2])from->uvs[set] : NULL;
       flat->uvs[(size_t)set * flat->vertex_count + at] = uvs ? (Float2){uvs[i][0], uvs[i][1]} : (Float2){0, 0};
@@ -71,7 +78,7 @@ static void draw_flatten(void *context, size_t index)
 static Status geometry_allocate(FlatScene *flat, const Scene *scene, uint32_t *draw_count, Log *log)
 {
   uint64_t vertices = 0, triangles = 0, draws = 0;
-  bool has_colors = false;
+  bool has_colors = false, has_normal_maps = false;
   flat->uv_set_count = 1;
   for (uint32_t o = 0; o < scene->object_count; o++) {
     const Mesh *mesh = &scene->meshes[scene->objects[o].mesh];
@@ -81,6 +88,7 @@ static Status geometry_allocate(FlatScene *flat, const Scene *scene, uint32_t *d
       triangles += primitive->triangle_count;
       draws++;
       has_colors |= primitive->colors != NULL;
+      has_normal_maps |= primitive->uvs[0] && scene->materials[primitive->material].normal_slot.texture != NONE;
       if (primitive->uvs[1]) flat->uv_set_count = 2;
     }
   }
@@ -93,12 +101,14 @@ static Status geometry_allocate(FlatScene *flat, const Scene *scene, uint32_t *d
   *draw_count = (uint32_t)draws;
   flat->positions = malloc((vertices + 1) * sizeof *flat->positions);
   flat->normals = malloc((vertices + 1) * sizeof *flat->normals);
+  flat->tangents = has_normal_maps ? malloc((vertices + 1) * sizeof *flat->tangents) : NULL;
   flat->uvs = malloc((flat->uv_set_count * vertices + 1) * sizeof *flat->uvs);
   flat->colors = has_colors ? malloc((vertices + 1) * sizeof *flat->colors) : NULL;
   flat->corners = malloc((triangles + 1) * sizeof *flat->corners);
   flat->flags = malloc((triangles + 1) * sizeof *flat->flags);
   flat->object_starts = malloc((scene->object_count + 1) * sizeof *flat->object_starts);
   bool failed = !flat->positions || !flat->normals || !flat->uvs || (has_colors && !flat->colors) || !flat->corners ||
+                (has_normal_maps && !flat->tangents) ||
                 !flat->flags || !flat->object_starts;
   return failed ? log_no_memory(log, scene->path) : STATUS_OK;
 }

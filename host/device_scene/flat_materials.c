@@ -19,12 +19,14 @@ static MaterialInfo material_info(const Material *from, uint32_t uv_set_count)
       .roughness = from->roughness,
       .alpha_cutoff = from->alpha_cutoff,
       .normal_scale = from->normal_scale,
+      .occlusion_strength = from->occlusion_strength,
       .flags = (from->unlit ? MATERIAL_UNLIT : 0) | (from->alpha_mode == ALPHA_MASK ? MATERIAL_MASKED : 0) |
                (from->double_sided ? 0 : MATERIAL_SINGLE_SIDED),
       .base_color_use = texture_use(&from->base_color_slot, uv_set_count),
       .metallic_roughness_use = texture_use(&from->metallic_roughness_slot, uv_set_count),
       .emission_use = texture_use(&from->emission_slot, uv_set_count),
       .normal_use = texture_use(&from->normal_slot, uv_set_count),
+      .occlusion_use = texture_use(&from->occlusion_slot, uv_set_count),
   };
   memcpy(info.base_color, from->base_color, sizeof info.base_color);
   memcpy(info.emission, from->emission, sizeof info.emission);
@@ -47,7 +49,7 @@ static bool material_can_mirror(const Material *material, const Scene *scene)
 static void material_mark_images(bool *used, const Material *material, const Scene *scene)
 {
   const TextureSlot *slots[] = {&material->base_color_slot, &material->metallic_roughness_slot, &material->emission_slot,
-                                &material->normal_slot};
+                                &material->normal_slot, &material->occlusion_slot};
   for (size_t i = 0; i < sizeof slots / sizeof *slots; i++)
     if (slots[i]->texture != NONE) used[scene->textures[slots[i]->texture].image] = true;
 }

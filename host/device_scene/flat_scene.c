@@ -21,6 +21,7 @@ void flat_scene_free(FlatScene *flat)
 {
   free(flat->positions);
   free(flat->normals);
+  free(flat->tangents);
   free(flat->uvs);
   free(flat->colors);
   free(flat->corners);

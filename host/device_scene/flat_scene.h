@@ -10,6 +10,7 @@
 typedef struct FlatScene {
   float (*positions)[3];      // [vertex_count], world space
   float (*normals)[3];        // [vertex_count], unit, world space
+  Float4 *tangents;           // [vertex_count], w = side of the bitangent, 0 where the file has none; NULL without normal maps
   Float2 *uvs;                // [uv_set_count][vertex_count]
   Float4 *colors;             // [vertex_count], or NULL when no primitive has any
   TriangleCorners *corners;   // [triangle_count]

@@ -66,7 +66,7 @@ Status film_aov(const Film *film, Device *device, const DeviceScene *scene, cons
       device, &film->aov, work_items(device, pixels), pixels, "write AOVs",
       ARGS(ARG_BUFFER(camera->camera), ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
            ARG(wave->sample_count), ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids),
-           ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ATTRIBUTE_ARGS(scene), ARG_BUFFER(scene->object_starts),
+           ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents), ATTRIBUTE_ARGS(scene), ARG_BUFFER(scene->object_starts),
            ARG(scene->object_count), ARG_BUFFER(film->aov_values), ARG_BUFFER(film->aov_ids)),
       log);
 }

@@ -43,7 +43,7 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
   TRY(device_launch(device, &shader->kernel, work_items(device, count), count, sentence,
                     ARGS(ARG_BUFFER(shader->info), ARG_BUFFER(streams->rays->rays), ARG_BUFFER(streams->rays->slots),
                          ARG(streams->rays->capacity), ARG(count), ARG_BUFFER(streams->hits->hits),
-                         ARG_BUFFER(streams->hits->ids), ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals),
+                         ARG_BUFFER(streams->hits->ids), ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents),
                          ATTRIBUTE_ARGS(scene), ARG_BUFFER(scene->lights), ARG_BUFFER(scene->environment),
                          ARG_BUFFER(scene->environment_pixels), ARG_BUFFER(*streams->radiance),
                          ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
