@@ -33,9 +33,11 @@ typedef LANE_TYPE(uint) UintL;
 #if LANES == 1
 #define LANE_FLOAT(vector, lane) (vector)
 #define LANE_UINT(vector, lane) (vector)
+#define LANE_INT(vector, lane) (vector)
 #else
 #define LANE_FLOAT(vector, lane) (((float *)&(vector))[lane])
 #define LANE_UINT(vector, lane) (((uint *)&(vector))[lane])
+#define LANE_INT(vector, lane) (((int *)&(vector))[lane])
 #endif
 
 #define FLOATL(x) ((FloatL)(x))

@@ -17,6 +17,7 @@ typedef struct Surface {
   Vec3L normal;     // unit shading normal, on the side of the geometric one's flip
   Vec3L emission;
   Vec3L base;
+  FloatL alpha;      // 1, or what a BLEND surface stops
   FloatL occlusion;  // of the environment's diffuse light; 1 is open
   Reflectance reflectance;
   IntL unlit;
@@ -101,7 +102,7 @@ static inline Surface surface_load(const GeometrySources *geometry, const Attrib
   Vec3L p0 = nothing, p1 = nothing, p2 = nothing, n0 = nothing, n1 = nothing, n2 = nothing;
   FloatL metallic = zero;
   s.base = s.emission = nothing;
-  s.occlusion = one;
+  s.occlusion = s.alpha = one;
   s.reflectance.roughness = zero;
   s.unlit = INTL(0);
 #ifdef HAS_NORMAL_MAPS
@@ -147,6 +148,9 @@ static inline Surface surface_load(const GeometrySources *geometry, const Attrib
     s.reflectance.roughness = group ? roughness : s.reflectance.roughness;
     metallic = group ? group_metallic : metallic;
     if (material->flags & MATERIAL_UNLIT) s.unlit = s.unlit | group;
+#ifdef HAS_BLEND
+    if (material->flags & MATERIAL_BLENDED) s.alpha = group ? max_lane(min_lane(base.a, one), zero) : s.alpha;
+#endif
   }
   FloatL w = one - u - v;
   s.position = blend3(p0, p1, p2, u, v);

@@ -3,8 +3,8 @@
 //   in    rays      ray stream (shared/stream.h), world space
 //         nodes     both children's boxes in the parent; triangles in the order of the leaves
 //   out   closest:  hits t, u, v and triangle id (HIT_NONE where nothing is hit), by ray index
-//         any:      adds a ray's weight to radiance[slot] where nothing lies in 0 < t < t_max; the stream is segment
-//                 `segment` of several
+//         any:      adds a ray's weight to radiance[slot] where nothing lies in 0 < t < t_max, and 1 - alpha of it for each
+//                 BLEND surface that does; the stream is segment `segment` of several
 //
 //   Pro   coherent rays (camera, shadow, mirror) share node fetches; on a GPU, with one lane, the plain two-child
 //         traversal that beats wide nodes where the cache is large.
@@ -32,6 +32,7 @@ typedef struct Packet {
   FloatL t, u, v;  // closest hit so far; t starts as t_max
   UintL id;
   IntL occluded;
+  IntL absorption;  // of BLEND surfaces met (lib/alpha.cl)
 } Packet;
 
 // Distance at which each lane enters the box of child `c`; `*enters` tells whether it does before `limit`.
@@ -102,6 +103,12 @@ static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uin
     if (flags & TRIANGLE_MASKED) accept = accept & alpha_passes(attributes, id, accept, hit.u, hit.v);
 #endif
     if (any_hit) {
+#ifdef HAS_BLEND
+      if (flags & TRIANGLE_BLENDED) {
+        p->absorption += alpha_absorption(attributes, id, accept, hit.u, hit.v);
+        accept = p->absorption >= INTL(ABSORPTION_ALL);
+      }
+#endif
       p->occluded = p->occluded | accept;
     } else {
       p->t = accept ? hit.t : p->t;
@@ -169,6 +176,7 @@ static inline Packet packet_load(global const float *rays, uint capacity, uint f
   p.u = p.v = FLOATL(0);
   p.id = UINTL(HIT_NONE);
   p.occluded = INTL(0);
+  p.absorption = INTL(0);
   return p;
 }
 
@@ -222,7 +230,11 @@ kernel void trace_any(global const Bvh2Node *nodes, global const BvhTriangle *tr
   for (uint first = begin; first < end; first += LANES) {
     Packet p = packet_load(rays, capacity, first, ray_count, 0);
     packet_trace(&p, nodes, triangles, true, &attributes);
+    FloatL through = FLOATL(1);
+#ifdef HAS_BLEND
+    through = absorption_through(p.absorption);
+#endif
     for (uint bits = lane_bits(!p.occluded & (p.t_max > FLOATL(0))); bits; bits &= bits - 1)
-      stream_add_weight(rays, capacity, first + lowest_bit(bits), slots, radiance);
+      stream_add_weight(rays, capacity, first + lowest_bit(bits), slots, radiance, LANE_FLOAT(through, lowest_bit(bits)));
   }
 }

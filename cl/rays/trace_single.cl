@@ -30,6 +30,7 @@ typedef struct Ray {
   float t_min;
   float t, u, v;
   uint id;
+  int absorption;  // of BLEND surfaces met (lib/alpha.cl)
 } Ray;
 
 static inline Ray ray_load(global const float *rays, uint capacity, uint index, float t_min)
@@ -55,6 +56,7 @@ static inline Ray ray_load(global const float *rays, uint capacity, uint index, 
   ray.t = rays[RAY_T_MAX * capacity + index];
   ray.u = ray.v = 0;
   ray.id = HIT_NONE;
+  ray.absorption = 0;
   return ray;
 }
 
@@ -81,6 +83,13 @@ static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_h
     if ((LANE_UINT(flags, lane) & TRIANGLE_MASKED) &&
         !(lane_bits(alpha_passes(attributes, id, LANE_INDEX == INTL((int)lane), hit.u, hit.v)) >> lane & 1))
       continue;
+#endif
+#ifdef HAS_BLEND
+    if (any_hit && (LANE_UINT(flags, lane) & TRIANGLE_BLENDED)) {
+      IntL absorbed = alpha_absorption(attributes, id, LANE_INDEX == INTL((int)lane), hit.u, hit.v);
+      ray->absorption += LANE_INT(absorbed, lane);
+      if (ray->absorption < ABSORPTION_ALL) continue;
+    }
 #endif
     if (any_hit) return true;
     ray->t = t;
@@ -165,6 +174,11 @@ kernel void trace_any(global const Bvh8Node *nodes, global const Bvh8Block *bloc
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint i = begin; i < end; i++) {
     Ray ray = ray_load(rays, capacity, i, 0);
-    if (ray.t > 0 && !ray_walk(&ray, nodes, blocks, true, &attributes)) stream_add_weight(rays, capacity, i, slots, radiance);
+    if (!(ray.t > 0) || ray_walk(&ray, nodes, blocks, true, &attributes)) continue;
+    float through = 1;
+#ifdef HAS_BLEND
+    through = exp2(ray.absorption * (-1 / ABSORPTION_UNITS));
+#endif
+    stream_add_weight(rays, capacity, i, slots, radiance, through);
   }
 }

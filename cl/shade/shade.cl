@@ -5,6 +5,7 @@
 //   out   radiance[slot]               emission, ambient, environment; light that needs no shadow ray
 //         shadow_rays, shadow_slots    one stream a light of the batch, weight = radiance if unblocked
 //         reflected_rays, _slots       weight = throughput
+//         transmitted_rays, _slots     what BLEND surfaces let through, on along the ray; with HAS_BLEND
 //         counts                       STREAM_COUNTS of both
 //
 //   Cost  one material and light_count lights a ray; reads about 200 bytes a ray, writes 44 a shadow or reflected ray.
@@ -55,12 +56,12 @@ static inline Lighting light_arriving(global const LightInfo *light, Vec3L origi
   return out;
 }
 
-static inline void radiance_add(global float4 *radiance, UintL slot, IntL mask, Vec3L value, float coverage)
+static inline void radiance_add(global float4 *radiance, UintL slot, IntL mask, Vec3L value, FloatL coverage)
 {
   for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
     uint lane = lowest_bit(bits);
     radiance[LANE_UINT(slot, lane)] +=
-        (float4)(LANE_FLOAT(value.x, lane), LANE_FLOAT(value.y, lane), LANE_FLOAT(value.z, lane), coverage);
+        (float4)(LANE_FLOAT(value.x, lane), LANE_FLOAT(value.y, lane), LANE_FLOAT(value.z, lane), LANE_FLOAT(coverage, lane));
   }
 }
 
@@ -82,13 +83,15 @@ static inline Vec3L surface_own_radiance(const Surface *s, Vec3L to_eye, FloatL 
   return select3(s->unlit, s->base, own);
 }
 
-// Rays that leave the scene see the environment.
-static inline void shade_misses(IntL missed, Vec3L direction, Vec3L weight, UintL slot,
+// Rays that leave the scene see the environment, camera rays the background.
+static inline void shade_misses(IntL missed, Vec3L direction, Vec3L weight, UintL slot, constant ShadeInfo *shade,
                                 constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
                                 global float4 *radiance)
 {
-  Vec3L seen = environment_radiance(environment, environment_pixels, unit3(direction), missed);
-  radiance_add(radiance, slot, missed, mul3(seen, weight), 0);
+  Vec3L seen = vec3l(FLOATL(shade->background.x), FLOATL(shade->background.y), FLOATL(shade->background.z));
+  if (!(shade->primary && shade->flat_background))
+    seen = environment_radiance(environment, environment_pixels, unit3(direction), missed);
+  radiance_add(radiance, slot, missed, mul3(seen, weight), FLOATL(0));
 }
 
 kernel void shade(constant ShadeInfo *shade, global const float *rays, global const uint *slots, uint capacity, uint ray_count,
@@ -98,7 +101,8 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                   global const TextureInfo *textures, global const uchar4 *texels, constant float *linear_from_byte,
                   global const LightInfo *lights, constant EnvironmentInfo *environment,
                   global const Float4 *environment_pixels, global float4 *radiance, global float *shadow_rays,
-                  global uint *shadow_slots, global float *reflected_rays, global uint *reflected_slots, global uint *counts)
+                  global uint *shadow_slots, global float *reflected_rays, global uint *reflected_slots,
+                  global float *transmitted_rays, global uint *transmitted_slots, global uint *counts)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   GeometrySources geometry = {positions, normals, tangents};
@@ -113,7 +117,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
     Vec3L direction = stream_load3(rays, capacity, RAY_DIRECTION_X, first);
     Vec3L weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
     if (shade->first_batch && any_lane(missed))
-      shade_misses(missed, direction, weight, slot, environment, environment_pixels, radiance);
+      shade_misses(missed, direction, weight, slot, shade, environment, environment_pixels, radiance);
     if (!any_lane(hit)) continue;
 
     FloatL u = LANE_LOAD(hits + HIT_U * capacity, first), v = LANE_LOAD(hits + HIT_V * capacity, first);
@@ -121,10 +125,23 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
     Vec3L to_eye = scale3(unit3(direction), FLOATL(-1));
     FloatL nv = max_lane(fabs(dot3(s.normal, to_eye)), FLOATL(1e-6f));
     Vec3L origin = add3(s.position, s.offset);
+#ifdef HAS_BLEND
+    if (shade->first_batch) {
+      Vec3L through = scale3(weight, FLOATL(1) - s.alpha);
+      IntL passes = hit & (max_component3(through) > FLOATL(shade->min_transmitted));
+      FloatL left = stream_load_t_max(rays, capacity, first, ray_count) - LANE_LOAD(hits + HIT_T * capacity, first);
+      stream_append(passes, sub3(s.position, s.offset), direction, left, through, slot, transmitted_rays, capacity,
+                    transmitted_slots, &counts[STREAM_COUNT_TRANSMITTED]);
+    }
+    FloatL coverage = shade->primary ? s.alpha * weight.x : zero;
+    weight = scale3(weight, s.alpha);
+#else
+    FloatL coverage = FLOATL(shade->primary ? 1 : 0);
+#endif
 
     if (shade->first_batch) {
       Vec3L own = surface_own_radiance(&s, to_eye, nv, shade, environment);
-      radiance_add(radiance, slot, hit, mul3(own, weight), 1);
+      radiance_add(radiance, slot, hit, mul3(own, weight), coverage);
     }
     IntL lit = hit & !s.unlit;
     for (uint i = 0; i < shade->light_count; i++) {
@@ -137,7 +154,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
         stream_append(reached, origin, light.to_light, light.t_max, arrives, slot, shadow_rays + i * RAY_FIELD_COUNT * capacity,
                       capacity, shadow_slots + i * capacity, &counts[i]);
       else
-        radiance_add(radiance, slot, reached, arrives, 0);
+        radiance_add(radiance, slot, reached, arrives, zero);
     }
     if (shade->first_batch && shade->reflect) {
       Vec3L share = shade->model == LIGHTING_MODEL_PHONG ? s.reflectance.specular : fresnel_schlick(s.reflectance.specular, nv);

@@ -37,6 +37,7 @@ SHARED_SIZE(TextureUse, 32);
 #define MATERIAL_UNLIT 1u
 #define MATERIAL_MASKED 2u
 #define MATERIAL_SINGLE_SIDED 4u
+#define MATERIAL_BLENDED 8u
 
 typedef struct MaterialInfo {
   float base_color[4];  // linear

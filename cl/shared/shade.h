@@ -19,11 +19,17 @@ typedef struct ShadeInfo {
   uint environment_lights;  // the environment lights surfaces (pbr) and is not black
   float ambient;            // phong
   float min_weight;         // reflected rays below it in every channel are cut
+  float min_transmitted;    // the same for what BLEND lets through
+  uint primary;             // 1: camera rays, or what BLEND let through of them: they count as coverage
+  uint flat_background;     // 1: camera rays that miss see `background` in place of the environment
+  Float3 background;
 } ShadeInfo;
-SHARED_SIZE(ShadeInfo, 36);
+SHARED_SIZE(ShadeInfo, 60);
 
-// Counters of the streams that a launch appends to: shadow rays by light of the batch, then reflected rays.
+// Counters of the streams that a launch appends to: shadow rays by light of the batch, reflected rays, and
+// what BLEND lets through.
 #define STREAM_COUNT_REFLECTED LIGHTS_PER_LAUNCH
-#define STREAM_COUNTS (LIGHTS_PER_LAUNCH + 1)
+#define STREAM_COUNT_TRANSMITTED (LIGHTS_PER_LAUNCH + 1)
+#define STREAM_COUNTS (LIGHTS_PER_LAUNCH + 2)
 
 #endif

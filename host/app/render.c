@@ -76,17 +76,6 @@ done:
   return status;
 }
 
-// What the file has and Frugal does not render yet, by name and once each.
-static void warn_not_rendered(const Scene *scene, Log *log)
-{
-  bool blend = false;
-  for (uint32_t i = 0; i < scene->material_count; i++) {
-    const Material *material = &scene->materials[i];
-    blend |= material->alpha_mode == ALPHA_BLEND;
-  }
-  if (blend) log_warn(log, "%s: alphaMode BLEND is not rendered yet: such surfaces are opaque", scene->path);
-}
-
 static Status scene_read(Job *job)
 {
   Status status = STATUS_OK;
@@ -95,7 +84,6 @@ static Status scene_read(Job *job)
   double begin_ms = clock_ms();
   TRY(gltf_read(&job->scene, options->scene_path, &gltf, job->images, job->log));
   TRY(environment_read(job));
-  warn_not_rendered(&job->scene, job->log);
   double aspect = (double)options->settings.width / options->settings.height;
   TRY(scene_camera_choose(&job->camera, &job->scene, options->camera, aspect, job->log));
   timeline_end(&job->timeline, "read the scene", begin_ms);
@@ -115,7 +103,10 @@ static Status picture_render(Job *job)
   timeline_end(&job->timeline, "open the device", begin_ms);
   TRY(device_scene_make(&job->device_scene, job->device, &job->scene, &job->timeline, job->log));
 
-  SceneFacts facts = {job->device_scene.light_count, job->device_scene.has_mirrors, job->device_scene.environment_lights};
+  SceneFacts facts = {.light_count = job->device_scene.light_count,
+                      .has_mirrors = job->device_scene.has_mirrors,
+                      .has_blends = job->device_scene.has_blends,
+                      .environment_lights = job->device_scene.environment_lights};
   job->plan = plan_make(settings, &facts);
   FrameRequest request = {
       .camera = &job->camera,

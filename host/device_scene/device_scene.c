@@ -29,12 +29,14 @@ static Status bvh_upload(DeviceScene *out, Device *device, const FlatScene *flat
   if (timeline) timeline_end(timeline, "build the BVH", begin_ms);
 
   begin_ms = clock_ms();
-  TRY(buffer_create(&out->bvh2_nodes, device, (size_t)bvh2.node_count * sizeof *bvh2.nodes, bvh2.nodes, "BVH nodes", log));
+  TRY(buffer_create(&out->bvh2_nodes, device, (size_t)bvh2.node_count * sizeof *bvh2.nodes, bvh2.nodes, "BVH nodes",
+                    log));
   TRY(buffer_create(&out->bvh2_triangles, device, (size_t)bvh2.triangle_count * sizeof *bvh2.triangles, bvh2.triangles,
                     "BVH triangles", log));
-  TRY(buffer_create(&out->bvh8_nodes, device, (size_t)bvh8.node_count * sizeof *bvh8.nodes, bvh8.nodes, "wide BVH nodes", log));
-  TRY(buffer_create(&out->bvh8_blocks, device, (size_t)bvh8.block_count * sizeof *bvh8.blocks, bvh8.blocks, "wide BVH blocks",
-                    log));
+  TRY(buffer_create(&out->bvh8_nodes, device, (size_t)bvh8.node_count * sizeof *bvh8.nodes, bvh8.nodes,
+                    "wide BVH nodes", log));
+  TRY(buffer_create(&out->bvh8_blocks, device, (size_t)bvh8.block_count * sizeof *bvh8.blocks, bvh8.blocks,
+                    "wide BVH blocks", log));
   if (timeline) timeline_end(timeline, "upload the BVH", begin_ms);
 
 done:
@@ -54,7 +56,8 @@ static void decode_tables(float tables[512])
   }
 }
 
-static Status arrays_upload(DeviceScene *out, Device *device, const FlatScene *flat, const Environment *environment, Log *log)
+static Status arrays_upload(DeviceScene *out, Device *device, const FlatScene *flat, const Environment *environment,
+                            Log *log)
 {
   Status status = STATUS_OK;
   float tables[512];
@@ -109,6 +112,7 @@ Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, T
   made.material_count = flat.material_count;
   made.has_textures = flat.has_textures;
   made.has_masks = flat.has_masks;
+  made.has_blends = flat.has_blends;
   made.has_colors = flat.colors != NULL;
   made.has_normal_maps = flat.tangents != NULL;
   made.has_mirrors = flat.has_mirrors;
@@ -124,11 +128,11 @@ done:
 
 void device_scene_free(DeviceScene *scene)
 {
-  DeviceBuffer *buffers[] = {&scene->positions,  &scene->normals,     &scene->uvs,
-                             &scene->colors,     &scene->corners,     &scene->object_starts,
-                             &scene->materials,  &scene->textures,    &scene->texels,
-                             &scene->lights,     &scene->environment, &scene->environment_pixels,
-                             &scene->bvh2_nodes, &scene->bvh8_nodes,  &scene->linear_from_byte,
+  DeviceBuffer *buffers[] = {&scene->positions,   &scene->normals,        &scene->uvs,
+                             &scene->colors,      &scene->corners,        &scene->object_starts,
+                             &scene->materials,   &scene->textures,       &scene->texels,
+                             &scene->lights,      &scene->environment,    &scene->environment_pixels,
+                             &scene->bvh2_nodes,  &scene->bvh8_nodes,     &scene->linear_from_byte,
                              &scene->bvh8_blocks, &scene->bvh2_triangles, &scene->tangents};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
   *scene = (DeviceScene){0};
@@ -136,6 +140,7 @@ void device_scene_free(DeviceScene *scene)
 
 void device_scene_options(const DeviceScene *scene, char *out, size_t size)
 {
-  snprintf(out, size, "%s%s%s%s", scene->has_textures ? "-D HAS_TEXTURES " : "", scene->has_colors ? "-D HAS_VERTEX_COLORS " : "",
-           scene->has_masks ? "-D HAS_MASK " : "", scene->has_normal_maps ? "-D HAS_NORMAL_MAPS " : "");
+  snprintf(out, size, "%s%s%s%s%s", scene->has_textures ? "-D HAS_TEXTURES " : "",
+           scene->has_colors ? "-D HAS_VERTEX_COLORS " : "", scene->has_masks ? "-D HAS_MASK " : "",
+           scene->has_normal_maps ? "-D HAS_NORMAL_MAPS " : "", scene->has_blends ? "-D HAS_BLEND " : "");
 }

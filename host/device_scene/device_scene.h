@@ -13,7 +13,8 @@ typedef struct DeviceScene {
   DeviceBuffer bvh2_nodes, bvh2_triangles, bvh8_nodes, bvh8_blocks;
 
   uint32_t vertex_count, triangle_count, object_count, light_count, material_count;
-  bool has_textures, has_normal_maps, has_masks, has_colors, has_mirrors, environment_lights;
+  bool has_textures, has_normal_maps, has_masks, has_blends, has_colors, has_mirrors;
+  bool environment_lights;
 } DeviceScene;
 
 // Flattens, builds the BVH and uploads; the host copies are freed. Host steps go to `timeline` when it is not NULL.

@@ -39,7 +39,8 @@ static void vertices_flatten(FlatScene *flat, const Draw *draw)
     flat->normals[at][0] = (float)normal.x;
     flat->normals[at][1] = (float)normal.y;
     flat->normals[at][2] = (float)normal.z;
-    if (flat->tangents) flat->tangents[at] = from->tangents ? tangent_world(world_from_object, from->tangents[i], side) : (Float4){0};
+    if (flat->tangents)
+      flat->tangents[at] = from->tangents ? tangent_world(world_from_object, from->tangents[i], side) : (Float4){0};
     for (uint32_t set = 0; set < flat->uv_set_count; set++) {
       const float(*uvs)[2] = from->uvs[set] ? (const float(*)[2])from->uvs[set] : NULL;
       flat->uvs[(size_t)set * flat->vertex_count + at] = uvs ? (Float2){uvs[i][0], uvs[i][1]} : (Float2){0, 0};
@@ -60,8 +61,10 @@ static void draw_flatten(void *context, size_t index)
   const Material *material = &work->scene->materials[from->material];
   vertices_flatten(flat, draw);
   bool mirrored = mat4_determinant3(&draw->object->world_from_object) < 0;
-  uint32_t flags = (material->double_sided ? 0 : TRIANGLE_SINGLE_SIDED) |
-                   (material->alpha_mode == ALPHA_MASK ? TRIANGLE_MASKED : 0);
+  uint32_t flags =
+      (material->double_sided ? 0 : TRIANGLE_SINGLE_SIDED) | (material->alpha_mode == ALPHA_MASK    ? TRIANGLE_MASKED
+                                                              : material->alpha_mode == ALPHA_BLEND ? TRIANGLE_BLENDED
+                                                                                                    : 0);
   for (uint32_t i = 0; i < from->triangle_count; i++) {
     const uint32_t *corners = from->triangles[i];
     size_t at = (size_t)draw->first_triangle + i;
@@ -108,8 +111,7 @@ static Status geometry_allocate(FlatScene *flat, const Scene *scene, uint32_t *d
   flat->flags = malloc((triangles + 1) * sizeof *flat->flags);
   flat->object_starts = malloc((scene->object_count + 1) * sizeof *flat->object_starts);
   bool failed = !flat->positions || !flat->normals || !flat->uvs || (has_colors && !flat->colors) || !flat->corners ||
-                (has_normal_maps && !flat->tangents) ||
-                !flat->flags || !flat->object_starts;
+                (has_normal_maps && !flat->tangents) || !flat->flags || !flat->object_starts;
   return failed ? log_no_memory(log, scene->path) : STATUS_OK;
 }
 

@@ -21,6 +21,7 @@ static MaterialInfo material_info(const Material *from, uint32_t uv_set_count)
       .normal_scale = from->normal_scale,
       .occlusion_strength = from->occlusion_strength,
       .flags = (from->unlit ? MATERIAL_UNLIT : 0) | (from->alpha_mode == ALPHA_MASK ? MATERIAL_MASKED : 0) |
+               (from->alpha_mode == ALPHA_BLEND ? MATERIAL_BLENDED : 0) |
                (from->double_sided ? 0 : MATERIAL_SINGLE_SIDED),
       .base_color_use = texture_use(&from->base_color_slot, uv_set_count),
       .metallic_roughness_use = texture_use(&from->metallic_roughness_slot, uv_set_count),
@@ -48,8 +49,8 @@ static bool material_can_mirror(const Material *material, const Scene *scene)
 
 static void material_mark_images(bool *used, const Material *material, const Scene *scene)
 {
-  const TextureSlot *slots[] = {&material->base_color_slot, &material->metallic_roughness_slot, &material->emission_slot,
-                                &material->normal_slot, &material->occlusion_slot};
+  const TextureSlot *slots[] = {&material->base_color_slot, &material->metallic_roughness_slot,
+                                &material->emission_slot, &material->normal_slot, &material->occlusion_slot};
   for (size_t i = 0; i < sizeof slots / sizeof *slots; i++)
     if (slots[i]->texture != NONE) used[scene->textures[slots[i]->texture].image] = true;
 }
@@ -112,7 +113,9 @@ static LightInfo light_info(const Light *from)
   double inner = cos(from->inner_cone_rad), outer = cos(from->outer_cone_rad);
   double scale = 1 / fmax(1e-3, inner - outer);  // as KHR_lights_punctual recommends
   return (LightInfo){
-      .kind = from->kind == LIGHT_POINT ? LIGHT_KIND_POINT : from->kind == LIGHT_SPOT ? LIGHT_KIND_SPOT : LIGHT_KIND_DIRECTIONAL,
+      .kind = from->kind == LIGHT_POINT  ? LIGHT_KIND_POINT
+              : from->kind == LIGHT_SPOT ? LIGHT_KIND_SPOT
+                                         : LIGHT_KIND_DIRECTIONAL,
       .position = float3_from_vec3(from->position_world),
       .direction = float3_from_vec3(from->direction_world),
       .radiant = {from->color[0] * from->intensity, from->color[1] * from->intensity, from->color[2] * from->intensity},
@@ -136,6 +139,7 @@ Status flat_materials_make(FlatScene *flat, const Scene *scene, Log *log)
   for (uint32_t i = 0; i < scene->material_count; i++) {
     flat->materials[i] = material_info(&scene->materials[i], flat->uv_set_count);
     flat->has_masks |= scene->materials[i].alpha_mode == ALPHA_MASK;
+    flat->has_blends |= scene->materials[i].alpha_mode == ALPHA_BLEND;
     flat->has_mirrors |= material_can_mirror(&scene->materials[i], scene);
   }
   for (uint32_t i = 0; i < scene->light_count; i++) flat->lights[i] = light_info(&scene->lights[i]);

@@ -8,14 +8,14 @@
 // Triangles are numbered object by object, primitive by primitive, as in the file: that number is a triangle's id.
 // A mirrored object's triangles are turned round, so that counter-clockwise is always the front.
 typedef struct FlatScene {
-  float (*positions)[3];      // [vertex_count], world space
-  float (*normals)[3];        // [vertex_count], unit, world space
-  Float4 *tangents;           // [vertex_count], w = side of the bitangent, 0 where the file has none; NULL without normal maps
-  Float2 *uvs;                // [uv_set_count][vertex_count]
-  Float4 *colors;             // [vertex_count], or NULL when no primitive has any
-  TriangleCorners *corners;   // [triangle_count]
-  uint32_t *flags;            // [triangle_count], TRIANGLE_* of shared/bvh.h
-  uint32_t *object_starts;    // [object_count + 1], first triangle of each object
+  float (*positions)[3];  // [vertex_count], world space
+  float (*normals)[3];    // [vertex_count], unit, world space
+  Float4 *tangents;  // [vertex_count], w = side of the bitangent, 0 where the file has none; NULL without normal maps
+  Float2 *uvs;       // [uv_set_count][vertex_count]
+  Float4 *colors;    // [vertex_count], or NULL when no primitive has any
+  TriangleCorners *corners;  // [triangle_count]
+  uint32_t *flags;           // [triangle_count], TRIANGLE_* of shared/bvh.h
+  uint32_t *object_starts;   // [object_count + 1], first triangle of each object
   uint32_t vertex_count, triangle_count, object_count, uv_set_count;
 
   MaterialInfo *materials;
@@ -26,7 +26,7 @@ typedef struct FlatScene {
   uint32_t material_count, texture_count, light_count;
   EnvironmentInfo environment;
 
-  bool has_textures, has_masks;
+  bool has_textures, has_masks, has_blends;
   bool has_mirrors;         // a material can have roughness 0 and send on more than 1/255
   bool environment_lights;  // the environment is not black
 } FlatScene;

@@ -35,7 +35,7 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
              const ShadeInfo *info, uint32_t counts[STREAM_COUNTS], const char *sentence, Log *log)
 {
   Status status = STATUS_OK;
-  bool spawns = (info->cast_shadows && info->light_count) || info->reflect;
+  bool spawns = (info->cast_shadows && info->light_count) || info->reflect || (info->first_batch && scene->has_blends);
   DeviceBuffer settings = shader->info, counters = shader->counts;
   memset(counts, 0, STREAM_COUNTS * sizeof *counts);
   TRY(buffer_write(device, &settings, info, sizeof *info, log));
@@ -48,6 +48,7 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
                          ARG_BUFFER(scene->environment_pixels), ARG_BUFFER(*streams->radiance),
                          ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
                          ARG_BUFFER(streams->reflected->rays), ARG_BUFFER(streams->reflected->slots),
+                         ARG_BUFFER(streams->transmitted->rays), ARG_BUFFER(streams->transmitted->slots),
                          ARG_BUFFER(shader->counts)),
                     log));
   if (spawns) TRY(buffer_read(device, &shader->counts, counts, STREAM_COUNTS * sizeof *counts, log));

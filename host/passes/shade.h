@@ -18,7 +18,7 @@ typedef struct ShadeStreams {
   const RayStream *rays;
   const HitStream *hits;
   const RayStream *shadow;     // LIGHTS_PER_LAUNCH segments at most
-  const RayStream *reflected;
+  const RayStream *reflected, *transmitted;
   const DeviceBuffer *radiance;  // Float4 by slot
 } ShadeStreams;
 

@@ -23,15 +23,16 @@ typedef struct RenderSettings {
 // What the scene has.
 typedef struct SceneFacts {
   uint32_t light_count;
-  bool has_mirrors;
+  bool has_mirrors, has_blends;
   bool environment_lights;
 } SceneFacts;
 
 // What is done.
 typedef struct Plan {
   LightingModel lighting;
-  bool shadow_rays;     // a light is there and shadows are asked for
-  bool reflected_rays;  // a mirror is there and reflections are asked for
+  bool shadow_rays;       // a light is there and shadows are asked for
+  bool reflected_rays;    // a mirror is there and reflections are asked for
+  bool transmitted_rays;  // a BLEND surface is there
   bool environment_light;
   uint32_t max_depth;  // 0 without reflected rays
   float ambient;

@@ -1,11 +1,13 @@
 #include "render/frame.h"
 
+#include <string.h>
+
 #include "shared/stream.h"
 
 // Bounces whose rays still run side by side: camera rays and their mirror images.
 enum { COHERENT_BOUNCES = 2 };
 
-static const float least_weight = 1.0f / 255;
+static const float least_weight = 1.0f / 255, least_transmitted = 1.0f / 65536;
 
 static uint32_t tiles_of(const PictureArea *area)
 {
@@ -18,8 +20,8 @@ static Status aov_sums_make(Frame *frame, Log *log)
   size_t bytes = (size_t)frame->camera.info.width * frame->camera.info.height * sizeof(Float4);
   bool shadow = frame->request.aovs & AOV_SET_SHADOW, reflection = frame->request.aovs & AOV_SET_REFLECTION;
   DeviceBuffer *sums[] = {shadow ? &frame->own_sums : NULL, shadow ? &frame->unshadowed_sums : NULL,
-                          shadow || reflection ? &frame->direct_sums : NULL};
-  for (int i = 0; i < 3; i++) {
+                          shadow ? &frame->lit_sums : NULL, reflection ? &frame->direct_sums : NULL};
+  for (size_t i = 0; i < sizeof sums / sizeof *sums; i++) {
     if (!sums[i]) continue;
     TRY(buffer_create(sums[i], frame->device, bytes, NULL, "AOVs", log));
     TRY(buffer_zero(frame->device, sums[i], log));
@@ -29,26 +31,53 @@ done:
   return status;
 }
 
+// A stream that is not in use; `no_rays` where none is wanted.
+static Status stream_take(RayStream **out, Frame *frame, bool wanted, Log *log)
+{
+  *out = &frame->no_rays;
+  if (!wanted) return STATUS_OK;
+  uint32_t at = 0;
+  while (at < FRAME_STREAMS && frame->taken[at]) at++;
+  if (at == FRAME_STREAMS)
+    return log_fail(log, STATUS_TOO_LARGE,
+                    "frame: over %d streams of reflected rays wait behind BLEND surfaces: lower --max-depth",
+                    FRAME_STREAMS);
+  RayStream *stream = &frame->streams[at];
+  Status status =
+      stream->rays.memory ? STATUS_OK : ray_stream_make(stream, frame->device, frame->capacity, 1, "rays", log);
+  if (status) return status;
+  frame->taken[at] = true;
+  *out = stream;
+  return STATUS_OK;
+}
+
+static void stream_give_back(Frame *frame, const RayStream *stream)
+{
+  if (stream != &frame->no_rays) frame->taken[stream - frame->streams] = false;
+}
+
 Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const FrameRequest *request, Log *log)
 {
   Status status = STATUS_OK;
   Frame frame = {.device = device, .scene = scene, .request = *request};
   uint64_t all = (uint64_t)tiles_of(&request->area) * TILE_PIXELS * request->samples;
-  uint32_t capacity = device_traits(device)->wave_rays;
-  if (all < capacity) capacity = (uint32_t)all;
-  uint32_t segments = !request->plan.shadow_rays                   ? 0
+  frame.capacity = device_traits(device)->wave_rays;
+  if (all < frame.capacity) frame.capacity = (uint32_t)all;
+  uint32_t segments = !request->plan.shadow_rays               ? 0
                       : scene->light_count < LIGHTS_PER_LAUNCH ? scene->light_count
-                                                                : LIGHTS_PER_LAUNCH;
+                                                               : LIGHTS_PER_LAUNCH;
   CameraInfo info = camera_info(request->camera, &request->area);
   TRY(camera_rays_make(&frame.camera, device, &info, request->samples, log));
   TRY(tracer_make(&frame.tracer, device, scene, log));
   TRY(shader_make(&frame.shader, device, scene, log));
   TRY(film_make(&frame.film, device, scene, &info, request->aovs & AOV_SET_SURFACE, log));
-  TRY(ray_stream_make(&frame.streams[0], device, capacity, 1, "rays", log));
-  TRY(ray_stream_make(&frame.streams[1], device, capacity, request->plan.reflected_rays, "reflected rays", log));
-  TRY(ray_stream_make(&frame.shadow, device, capacity, segments, "shadow rays", log));
-  TRY(hit_stream_make(&frame.hits, device, capacity, log));
-  TRY(buffer_create(&frame.radiance, device, (size_t)capacity * sizeof(Float4), NULL, "radiance", log));
+  bool spawns = request->plan.reflected_rays || request->plan.transmitted_rays;
+  for (int i = 0; i < (spawns ? 2 : 1); i++)
+    TRY(ray_stream_make(&frame.streams[i], device, frame.capacity, 1, "rays", log));
+  TRY(ray_stream_make(&frame.no_rays, device, frame.capacity, 0, "rays", log));
+  TRY(ray_stream_make(&frame.shadow, device, frame.capacity, segments, "shadow rays", log));
+  TRY(hit_stream_make(&frame.hits, device, frame.capacity, log));
+  TRY(buffer_create(&frame.radiance, device, (size_t)frame.capacity * sizeof(Float4), NULL, "radiance", log));
   TRY(aov_sums_make(&frame, log));
   *out = frame;
   frame = (Frame){0};
@@ -64,20 +93,30 @@ void frame_free(Frame *frame)
   tracer_free(&frame->tracer);
   shader_free(&frame->shader);
   film_free(&frame->film);
-  ray_stream_free(&frame->streams[0]);
-  ray_stream_free(&frame->streams[1]);
+  for (int i = 0; i < FRAME_STREAMS; i++) ray_stream_free(&frame->streams[i]);
+  ray_stream_free(&frame->no_rays);
   ray_stream_free(&frame->shadow);
   hit_stream_free(&frame->hits);
   buffer_free(&frame->radiance);
   buffer_free(&frame->own_sums);
   buffer_free(&frame->unshadowed_sums);
+  buffer_free(&frame->lit_sums);
   buffer_free(&frame->direct_sums);
   *frame = (Frame){0};
 }
 
+// Rays that wait for their turn: camera rays, what a bounce reflected, or what BLEND surfaces let through.
+typedef struct Bounce {
+  RayStream *rays;
+  uint32_t count;
+  uint32_t depth;  // reflections so far
+  bool first;      // nothing was hit before
+} Bounce;
+
 static ShadeInfo shade_info(const Frame *frame, uint32_t depth)
 {
-  const Plan *plan = &frame->request.plan;
+  const FrameRequest *request = &frame->request;
+  const Plan *plan = &request->plan;
   return (ShadeInfo){
       .model = plan->lighting == LIGHTING_PHONG ? LIGHTING_MODEL_PHONG : LIGHTING_MODEL_PBR,
       .first_batch = 1,
@@ -86,25 +125,28 @@ static ShadeInfo shade_info(const Frame *frame, uint32_t depth)
       .environment_lights = plan->environment_light,
       .ambient = plan->ambient,
       .min_weight = least_weight,
+      .min_transmitted = least_transmitted,
+      .primary = depth == 0,
+      .flat_background = request->flat_background,
+      .background = {request->background[0], request->background[1], request->background[2]},
   };
 }
 
-// Shades a bounce by batches of lights, tracing each light's shadow rays in the lights' order. `*spawned` counts the
-// reflected rays.
+// Shades a bounce by batches of lights, tracing each light's shadow rays in the lights' order. counts: what was spawned.
 static Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t count, const ShadeInfo *info,
-                           Coherence coherence, uint32_t *spawned, Log *log)
+                           Coherence coherence, uint32_t counts[STREAM_COUNTS], Log *log)
 {
   Status status = STATUS_OK;
   ShadeInfo batch = *info;
-  uint32_t lights = frame->scene->light_count, counts[STREAM_COUNTS];
-  *spawned = 0;
+  uint32_t lights = frame->scene->light_count, spawned[STREAM_COUNTS];
   do {
     batch.light_count = lights - batch.first_light < LIGHTS_PER_LAUNCH ? lights - batch.first_light : LIGHTS_PER_LAUNCH;
-    TRY(shade(&frame->shader, frame->device, frame->scene, streams, count, &batch, counts, "shade and spawn rays", log));
+    TRY(shade(&frame->shader, frame->device, frame->scene, streams, count, &batch, spawned, "shade and spawn rays",
+              log));
     for (uint32_t i = 0; i < batch.light_count; i++)
-      TRY(trace_any(&frame->tracer, frame->device, frame->scene, streams->shadow, i, counts[i], streams->radiance, coherence,
-                    "trace shadow rays", log));
-    if (batch.first_batch) *spawned = counts[STREAM_COUNT_REFLECTED];
+      TRY(trace_any(&frame->tracer, frame->device, frame->scene, streams->shadow, i, spawned[i], streams->radiance,
+                    coherence, "trace shadow rays", log));
+    if (batch.first_batch) memcpy(counts, spawned, sizeof spawned);
     batch.first_light += batch.light_count;
     batch.first_batch = batch.reflect = 0;
   } while (batch.first_light < lights);
@@ -113,53 +155,95 @@ done:
   return status;
 }
 
+static Status radiance_accumulate(Frame *frame, const Wave *wave, const DeviceBuffer *sums, Log *log)
+{
+  return film_accumulate(&frame->film, frame->device, &frame->camera, wave, &frame->radiance, sums, log);
+}
+
 // Direct light of the first hits without shadows, and what is there without any light: the shadow AOV is the quotient
 // of what their differences lose.
 static Status aov_shadow(Frame *frame, const ShadeStreams *streams, const Wave *wave, Log *log)
 {
   Status status = STATUS_OK;
-  uint32_t spawned = 0, unused[STREAM_COUNTS], rays = wave_rays(wave);
+  uint32_t unused[STREAM_COUNTS], rays = wave_rays(wave);
   ShadeInfo info = shade_info(frame, 0);
   info.reflect = info.cast_shadows = 0;
   TRY(buffer_zero(frame->device, &frame->radiance, log));
   TRY(shade(&frame->shader, frame->device, frame->scene, streams, rays, &info, unused, "shade without lights", log));
-  TRY(film_accumulate(&frame->film, frame->device, &frame->camera, wave, &frame->radiance, &frame->own_sums, log));
+  TRY(radiance_accumulate(frame, wave, &frame->own_sums, log));
   TRY(buffer_zero(frame->device, &frame->radiance, log));
-  TRY(bounce_shade(frame, streams, rays, &info, RAYS_COHERENT, &spawned, log));
-  TRY(film_accumulate(&frame->film, frame->device, &frame->camera, wave, &frame->radiance, &frame->unshadowed_sums, log));
+  TRY(bounce_shade(frame, streams, rays, &info, RAYS_COHERENT, unused, log));
+  TRY(radiance_accumulate(frame, wave, &frame->unshadowed_sums, log));
   TRY(buffer_zero(frame->device, &frame->radiance, log));
 
 done:
   return status;
 }
 
-static Status wave_render(Frame *frame, const Wave *wave, Log *log)
+// Traces and shades one bounce, gives its stream back and adds what it spawned to `waiting`.
+static Status bounce_render(Frame *frame, const Wave *wave, const Bounce *bounce, Bounce *waiting,
+                            uint32_t *waiting_count, Log *log)
 {
   Status status = STATUS_OK;
   Device *device = frame->device;
   const FrameRequest *request = &frame->request;
-  RayStream *arriving = &frame->streams[0], *spawned = &frame->streams[1];
-  uint32_t count = wave_rays(wave);
-  TRY(camera_rays_generate(&frame->camera, device, wave, arriving, log));
-  TRY(buffer_zero(device, &frame->radiance, log));
-  for (uint32_t depth = 0; count > 0; depth++) {
-    Coherence coherence = depth < COHERENT_BOUNCES ? RAYS_COHERENT : RAYS_INCOHERENT;
-    ShadeStreams streams = {arriving, &frame->hits, &frame->shadow, spawned, &frame->radiance};
-    ShadeInfo info = shade_info(frame, depth);
-    TRY(trace_closest(&frame->tracer, device, frame->scene, arriving, count, depth ? 0 : frame->camera.info.near_m, &frame->hits,
-                      coherence, depth ? "trace reflected rays" : "trace camera rays", log));
-    if (depth == 0 && request->aovs & AOV_SET_SURFACE)
-      TRY(film_aov(&frame->film, device, frame->scene, &frame->camera, wave, arriving, &frame->hits, log));
-    if (depth == 0 && request->aovs & AOV_SET_SHADOW) TRY(aov_shadow(frame, &streams, wave, log));
-    TRY(bounce_shade(frame, &streams, count, &info, coherence, &count, log));
-    if (depth == 0 && frame->direct_sums.memory)
-      TRY(film_accumulate(&frame->film, device, &frame->camera, wave, &frame->radiance, &frame->direct_sums, log));
-    RayStream *turn = arriving;
-    arriving = spawned;
-    spawned = turn;
+  Coherence coherence = bounce->depth < COHERENT_BOUNCES ? RAYS_COHERENT : RAYS_INCOHERENT;
+  ShadeInfo info = shade_info(frame, bounce->depth);
+  RayStream *reflected, *transmitted;
+  TRY(stream_take(&reflected, frame, info.reflect, log));
+  TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
+  ShadeStreams streams = {bounce->rays, &frame->hits, &frame->shadow, reflected, transmitted, &frame->radiance};
+  TRY(trace_closest(&frame->tracer, device, frame->scene, bounce->rays, bounce->count,
+                    bounce->first ? frame->camera.info.near_m : 0, &frame->hits, coherence,
+                    bounce->first   ? "trace camera rays"
+                    : bounce->depth ? "trace reflected rays"
+                                    : "trace transmitted rays",
+                    log));
+  if (bounce->first && request->aovs & AOV_SET_SURFACE)
+    TRY(film_aov(&frame->film, device, frame->scene, &frame->camera, wave, bounce->rays, &frame->hits, log));
+  if (bounce->first && request->aovs & AOV_SET_SHADOW) TRY(aov_shadow(frame, &streams, wave, log));
+  uint32_t counts[STREAM_COUNTS];
+  TRY(bounce_shade(frame, &streams, bounce->count, &info, coherence, counts, log));
+  if (bounce->first && request->aovs & AOV_SET_SHADOW) TRY(radiance_accumulate(frame, wave, &frame->lit_sums, log));
+
+  stream_give_back(frame, bounce->rays);
+  Bounce spawned[] = {{reflected, counts[STREAM_COUNT_REFLECTED], bounce->depth + 1, false},
+                      {transmitted, counts[STREAM_COUNT_TRANSMITTED], bounce->depth, false}};
+  for (int i = 0; i < 2; i++) {
+    if (spawned[i].count)
+      waiting[(*waiting_count)++] = spawned[i];
+    else
+      stream_give_back(frame, spawned[i].rays);
   }
-  TRY(film_accumulate(&frame->film, device, &frame->camera, wave, &frame->radiance, &frame->film.sums, log));
-  TRY(device_finish(device, log));
+
+done:
+  return status;
+}
+
+// What is let through goes before what is reflected, so that all that camera rays see is there before the first
+// reflection is.
+static Status wave_render(Frame *frame, const Wave *wave, Log *log)
+{
+  Status status = STATUS_OK;
+  Bounce waiting[FRAME_STREAMS], bounce = {.count = wave_rays(wave), .first = true};
+  uint32_t waiting_count = 0;
+  bool direct_pending = frame->request.aovs & AOV_SET_REFLECTION;
+  memset(frame->taken, 0, sizeof frame->taken);
+  TRY(stream_take(&bounce.rays, frame, true, log));
+  TRY(camera_rays_generate(&frame->camera, frame->device, wave, bounce.rays, log));
+  TRY(buffer_zero(frame->device, &frame->radiance, log));
+  waiting[waiting_count++] = bounce;
+  while (waiting_count > 0) {
+    bounce = waiting[--waiting_count];
+    if (direct_pending && bounce.depth > 0) {
+      TRY(radiance_accumulate(frame, wave, &frame->direct_sums, log));
+      direct_pending = false;
+    }
+    TRY(bounce_render(frame, wave, &bounce, waiting, &waiting_count, log));
+  }
+  if (direct_pending) TRY(radiance_accumulate(frame, wave, &frame->direct_sums, log));
+  TRY(radiance_accumulate(frame, wave, &frame->film.sums, log));
+  TRY(device_finish(frame->device, log));
 
 done:
   return status;
@@ -172,8 +256,8 @@ Status frame_render(Frame *frame, Log *log)
   Status status = STATUS_OK;
   const FrameRequest *request = &frame->request;
   uint32_t tiles = tiles_of(&request->area), samples = request->samples;
-  uint32_t wave_tiles = smaller(tiles, frame->streams[0].capacity / TILE_PIXELS);
-  uint32_t wave_samples = smaller(samples, frame->streams[0].capacity / (wave_tiles * TILE_PIXELS));
+  uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
+  uint32_t wave_samples = smaller(samples, frame->capacity / (wave_tiles * TILE_PIXELS));
   double total = (double)tiles * samples, done_work = 0;
   for (uint32_t sample = 0; sample < samples; sample += wave_samples) {
     for (uint32_t tile = 0; tile < tiles; tile += wave_tiles) {

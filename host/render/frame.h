@@ -23,10 +23,15 @@ typedef struct FrameRequest {
   PictureArea area;
   uint32_t samples;
   Plan plan;
-  uint32_t aovs;                           // of AovSet
+  uint32_t aovs;               // of AovSet
+  bool flat_background;        // camera rays that miss see this radiance in place of the environment
+  float background[3];
   FrameProgress progress;
   void *progress_context;
 } FrameRequest;
+
+// Streams that can wait at once: two, save where surfaces behind each other both reflect and let through.
+enum { FRAME_STREAMS = 64 };
 
 // Device resources of a frame. Buffers grow with the wave (device_traits()->wave_rays), not with the picture, save 32
 // bytes a pixel for the picture itself.
@@ -38,11 +43,15 @@ typedef struct Frame {
   Tracer tracer;
   Shader shader;
   Film film;
-  RayStream streams[2];  // rays that arrive and rays that are spawned, in turn
+  RayStream streams[FRAME_STREAMS];  // rays that arrive or wait for their turn; made when first needed
+  bool taken[FRAME_STREAMS];
+  RayStream no_rays;  // stands for a stream that nothing is written to
+  uint32_t capacity;  // of a stream
   RayStream shadow;
   HitStream hits;
   DeviceBuffer radiance;  // Float4 by slot of the wave
-  DeviceBuffer own_sums, unshadowed_sums, direct_sums;  // for AOV_SET_SHADOW and AOV_SET_REFLECTION
+  DeviceBuffer own_sums, unshadowed_sums, lit_sums;  // of the first hits, for AOV_SET_SHADOW
+  DeviceBuffer direct_sums;                          // of all that camera rays see, for AOV_SET_REFLECTION
 } Frame;
 
 Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const FrameRequest *request, Log *log);

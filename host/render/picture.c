@@ -20,7 +20,7 @@ typedef struct PictureData {
   float *picture;                         // [pixels][4]
   float *values;                          // [AOV_VALUE_PLANES][pixels]
   uint32_t *ids;                          // [AOV_ID_PLANES][pixels]
-  float *direct, *own, *unshadowed;       // [pixels][4]
+  float *direct, *lit, *own, *unshadowed;  // [pixels][4]
   float *normals, *albedos, *positions;   // [pixels][3]
   float *shadows;                         // [pixels]
   ImageChannels groups[16];
@@ -29,7 +29,7 @@ typedef struct PictureData {
 
 static void picture_data_free(PictureData *data)
 {
-  void *arrays[] = {data->picture, data->values,  data->ids,     data->direct,    data->own,
+  void *arrays[] = {data->picture, data->values,  data->ids,     data->direct,    data->lit,       data->own,
                     data->unshadowed, data->normals, data->albedos, data->positions, data->shadows};
   for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
 }
@@ -83,6 +83,7 @@ static Status sums_read(float **out, Frame *frame, const DeviceBuffer *sums, siz
 static Status aov_shadow_group(PictureData *data, Frame *frame, size_t pixels, Log *log)
 {
   Status status = STATUS_OK;
+  TRY(sums_read(&data->lit, frame, &frame->lit_sums, pixels, log));
   TRY(sums_read(&data->own, frame, &frame->own_sums, pixels, log));
   TRY(sums_read(&data->unshadowed, frame, &frame->unshadowed_sums, pixels, log));
   data->shadows = malloc(pixels * sizeof *data->shadows);
@@ -90,7 +91,7 @@ static Status aov_shadow_group(PictureData *data, Frame *frame, size_t pixels, L
   for (size_t i = 0; i < pixels; i++) {
     float arrives = 0, unshadowed = 0;
     for (int c = 0; c < 3; c++) {
-      arrives += data->direct[4 * i + c] - data->own[4 * i + c];
+      arrives += data->lit[4 * i + c] - data->own[4 * i + c];
       unshadowed += data->unshadowed[4 * i + c] - data->own[4 * i + c];
     }
     data->shadows[i] = unshadowed > 0 ? fminf(fmaxf(arrives / unshadowed, 0), 1) : 1;
@@ -106,6 +107,7 @@ static Status aov_reflection_group(PictureData *data, Frame *frame, size_t pixel
 {
   Status status = STATUS_OK;
   float *sums = NULL;
+  TRY(sums_read(&data->direct, frame, &frame->direct_sums, pixels, log));
   TRY(sums_read(&sums, frame, &frame->film.sums, pixels, log));
   for (size_t i = 0; i < 4 * pixels; i++) data->direct[i] = (sums[i] - data->direct[i]) * scale;
   group_add(data, (ImageChannels){{"reflection.R", "reflection.G", "reflection.B"}, 3, 4, data->direct, 0});
@@ -143,7 +145,6 @@ Status picture_write(Frame *frame, const PictureOptions *options, ImageHelper *i
   bool alpha = exr || (!options->opaque && !strcmp(format, "png"));
   group_add(&data, (ImageChannels){{"R", "G", "B", "A"}, alpha ? 4 : 3, 4, data.picture, 0});
   if (frame->request.aovs & AOV_SET_SURFACE) TRY(aov_surface_groups(&data, frame, options->aovs, pixels, log));
-  if (frame->direct_sums.memory) TRY(sums_read(&data.direct, frame, &frame->direct_sums, pixels, log));
   if (options->aovs & AOV_NAME_SHADOW) TRY(aov_shadow_group(&data, frame, pixels, log));
   if (options->aovs & AOV_NAME_REFLECTION) TRY(aov_reflection_group(&data, frame, pixels, resolve.scale, log));
 
