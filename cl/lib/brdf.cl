@@ -9,10 +9,10 @@
 
 // What the models need of a surface.
 typedef struct Reflectance {
-  Vec3L diffuse;      // pbr: base (1 - metallic); phong: the same, called kd
-  Vec3L specular;     // pbr: F0; phong: ks
-  FloatL roughness;   // perceptual; its square is the GGX alpha
-  IntL mirror;        // roughness 0: no highlight of a punctual light
+  Vec3L diffuse;     // pbr: base (1 - metallic); phong: the same, called kd
+  Vec3L specular;    // pbr: F0; phong: ks
+  FloatL roughness;  // perceptual; its square is the GGX alpha
+  IntL mirror;       // roughness 0: no highlight of a punctual light
 } Reflectance;
 
 // Schlick's (1 - cos)^5.
@@ -64,8 +64,9 @@ static inline Vec3L brdf_phong(const Reflectance *r, Vec3L n, Vec3L v, Vec3L l)
   FloatL power = dot3(n, h) > zero ? exp(exponent * log_nh) : zero;
   power = (exponent <= zero) ? FLOATL(1) : power;  // (n.h)^0, also where n.h is 0
   FloatL lobe = r->mirror ? zero : power * (exponent + FLOATL(8)) * FLOATL(0.125f * INV_PI);
-  Vec3L sum = vec3l(r->diffuse.x * FLOATL(INV_PI) + r->specular.x * lobe, r->diffuse.y * FLOATL(INV_PI) + r->specular.y * lobe,
-                    r->diffuse.z * FLOATL(INV_PI) + r->specular.z * lobe);
+  Vec3L sum =
+      vec3l(r->diffuse.x * FLOATL(INV_PI) + r->specular.x * lobe, r->diffuse.y * FLOATL(INV_PI) + r->specular.y * lobe,
+            r->diffuse.z * FLOATL(INV_PI) + r->specular.z * lobe);
   return scale3(sum, nl);
 }
 
@@ -73,8 +74,9 @@ static inline Vec3L brdf_phong(const Reflectance *r, Vec3L n, Vec3L v, Vec3L l)
 // hemisphere, F0 + (1 - F0) g(n.v). g is a quartic fit to the integral of (1 - v.h)^5, within 6e-6.
 static inline Vec3L diffuse_albedo_pbr(const Reflectance *r, FloatL nv)
 {
-  FloatL g = FLOATL(0.0281595f) +
-             nv * (FLOATL(-0.0798310f) + nv * (FLOATL(0.0863703f) + nv * (FLOATL(-0.0435303f) + nv * FLOATL(0.00891315f))));
+  FloatL g =
+      FLOATL(0.0281595f) +
+      nv * (FLOATL(-0.0798310f) + nv * (FLOATL(0.0863703f) + nv * (FLOATL(-0.0435303f) + nv * FLOATL(0.00891315f))));
   FloatL keep = FLOATL(1) - g;
   return vec3l(r->diffuse.x * (FLOATL(1) - r->specular.x) * keep, r->diffuse.y * (FLOATL(1) - r->specular.y) * keep,
                r->diffuse.z * (FLOATL(1) - r->specular.z) * keep);

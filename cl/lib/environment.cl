@@ -30,7 +30,8 @@ static inline Vec3L environment_radiance(constant EnvironmentInfo *info, global 
     for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
       uint lane = lowest_bit(bits);
       float3 one = environment_image(
-          info, pixels, (float3)(LANE_FLOAT(direction.x, lane), LANE_FLOAT(direction.y, lane), LANE_FLOAT(direction.z, lane)));
+          info, pixels,
+          (float3)(LANE_FLOAT(direction.x, lane), LANE_FLOAT(direction.y, lane), LANE_FLOAT(direction.z, lane)));
       LANE_FLOAT(radiance.x, lane) = one.x;
       LANE_FLOAT(radiance.y, lane) = one.y;
       LANE_FLOAT(radiance.z, lane) = one.z;
@@ -51,9 +52,10 @@ static inline FloatL harmonics_sum(constant Float3 *harmonics, uint channel, Vec
 #define COEFFICIENT(i) FLOATL(((constant const float *)&harmonics[i])[channel])
   FloatL first = COEFFICIENT(0) * FLOATL(0.282095f);
   FloatL second = FLOATL(0.488603f) * (COEFFICIENT(1) * d.y + COEFFICIENT(2) * d.z + COEFFICIENT(3) * d.x);
-  FloatL third = FLOATL(1.092548f) * (COEFFICIENT(4) * d.x * d.y + COEFFICIENT(5) * d.y * d.z + COEFFICIENT(7) * d.x * d.z) +
-                 FLOATL(0.315392f) * COEFFICIENT(6) * (FLOATL(3) * d.z * d.z - FLOATL(1)) +
-                 FLOATL(0.546274f) * COEFFICIENT(8) * (d.x * d.x - d.y * d.y);
+  FloatL third =
+      FLOATL(1.092548f) * (COEFFICIENT(4) * d.x * d.y + COEFFICIENT(5) * d.y * d.z + COEFFICIENT(7) * d.x * d.z) +
+      FLOATL(0.315392f) * COEFFICIENT(6) * (FLOATL(3) * d.z * d.z - FLOATL(1)) +
+      FLOATL(0.546274f) * COEFFICIENT(8) * (d.x * d.x - d.y * d.y);
 #undef COEFFICIENT
   return max_lane(first + band1 * second + band2 * third, FLOATL(0));
 }

@@ -49,12 +49,15 @@ typedef LANE_TYPE(uint) UintL;
 #define LANE_AS_INT(x) LANE_TYPE(as_int)(x)
 #define LANE_AS_UINT(x) LANE_TYPE(as_uint)(x)
 
+// Whether a lane of the mask is set. One test of 64 bits: any() of a vector becomes a branch a lane on PoCL.
 static inline bool any_lane(IntL mask)
 {
 #if LANES == 1
   return mask != 0;
+#elif LANES == 16
+  return as_ulong(convert_char8(mask.lo | mask.hi)) != 0;
 #else
-  return any(mask);
+  return as_ulong(convert_char8(mask)) != 0;
 #endif
 }
 
@@ -78,10 +81,7 @@ static inline uint lane_bits(IntL mask)
 }
 
 // Index of the lowest set bit.
-static inline uint lowest_bit(uint bits)
-{
-  return 31 - clz(bits & -bits);
-}
+static inline uint lowest_bit(uint bits) { return 31 - clz(bits & -bits); }
 
 static inline FloatL min_lane(FloatL a, FloatL b) { return a < b ? a : b; }
 static inline FloatL max_lane(FloatL a, FloatL b) { return a > b ? a : b; }

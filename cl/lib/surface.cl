@@ -7,7 +7,8 @@
 typedef struct GeometrySources {
   global const float *positions;  // [vertex_count][3]
   global const float *normals;    // [vertex_count][3]
-  global const Float4 *tangents;  // [vertex_count], w = side of the bitangent, 0 where the file has none; with HAS_NORMAL_MAPS
+  global const Float4
+      *tangents;  // [vertex_count], w = side of the bitangent, 0 where the file has none; with HAS_NORMAL_MAPS
 } GeometrySources;
 
 typedef struct Surface {
@@ -50,9 +51,9 @@ typedef struct TangentFrame {
   Vec3L sampled;  // in the frame tangent, bitangent, normal
 } TangentFrame;
 
-static inline void tangent_frame_load(TangentFrame *frame, const GeometrySources *geometry, const AttributeSources *attributes,
-                                      const TriangleCorners *corners, global const MaterialInfo *material, IntL group, FloatL u,
-                                      FloatL v)
+static inline void tangent_frame_load(TangentFrame *frame, const GeometrySources *geometry,
+                                      const AttributeSources *attributes, const TriangleCorners *corners,
+                                      global const MaterialInfo *material, IntL group, FloatL u, FloatL v)
 {
   Color4L texel = {frame->sampled, FLOATL(0)};
   texture_use_sample(&texel, attributes, &material->normal_use, corners, group, u, v, 256);
@@ -66,10 +67,12 @@ static inline void tangent_frame_load(TangentFrame *frame, const GeometrySources
   float4 c = vload4(corners->vertex[2], tangents);
   if (a.w == 0) {
     float3 p = vload3(corners->vertex[0], geometry->positions);
-    float3 pb = vload3(corners->vertex[1], geometry->positions) - p, pc = vload3(corners->vertex[2], geometry->positions) - p;
+    float3 pb = vload3(corners->vertex[1], geometry->positions) - p,
+           pc = vload3(corners->vertex[2], geometry->positions) - p;
     uint set = material->normal_use.uv_set;
     float2 t = corner_uv(attributes, set, corners->vertex[0]);
-    float2 tb = corner_uv(attributes, set, corners->vertex[1]) - t, tc = corner_uv(attributes, set, corners->vertex[2]) - t;
+    float2 tb = corner_uv(attributes, set, corners->vertex[1]) - t,
+           tc = corner_uv(attributes, set, corners->vertex[2]) - t;
     float sign = tb.x * tc.y - tc.x * tb.y < 0 ? -1 : 1;
     float3 along_u = (pb * tc.y - pc * tb.y) * sign, along_v = (pc * tb.x - pb * tc.x) * sign;
     float length = sqrt(dot(along_u, along_u));
@@ -93,8 +96,8 @@ static inline Vec3L normal_mapped(const TangentFrame *frame, Vec3L normal)
 
 // Surface at barycentrics (u, v) of triangles `id`, for the lanes of `mask`, seen along `direction` (any length). Lanes on
 // one triangle load it once.
-static inline Surface surface_load(const GeometrySources *geometry, const AttributeSources *attributes, UintL id, FloatL u,
-                                   FloatL v, Vec3L direction, IntL mask)
+static inline Surface surface_load(const GeometrySources *geometry, const AttributeSources *attributes, UintL id,
+                                   FloatL u, FloatL v, Vec3L direction, IntL mask)
 {
   Surface s;
   FloatL zero = FLOATL(0), one = FLOATL(1);
@@ -164,8 +167,9 @@ static inline Surface surface_load(const GeometrySources *geometry, const Attrib
   s.geometric = select3(behind, sub3(nothing, s.geometric), s.geometric);
   s.normal = select3(behind, sub3(nothing, s.normal), s.normal);
 
-  Vec3L error = vec3l(fabs(w * p0.x) + fabs(u * p1.x) + fabs(v * p2.x), fabs(w * p0.y) + fabs(u * p1.y) + fabs(v * p2.y),
-                      fabs(w * p0.z) + fabs(u * p1.z) + fabs(v * p2.z));
+  Vec3L error =
+      vec3l(fabs(w * p0.x) + fabs(u * p1.x) + fabs(v * p2.x), fabs(w * p0.y) + fabs(u * p1.y) + fabs(v * p2.y),
+            fabs(w * p0.z) + fabs(u * p1.z) + fabs(v * p2.z));
   FloatL distance = FLOATL(POSITION_ERROR) *
                     (fabs(s.geometric.x) * error.x + fabs(s.geometric.y) * error.y + fabs(s.geometric.z) * error.z);
   s.offset = scale3(s.geometric, distance);
@@ -173,7 +177,8 @@ static inline Surface surface_load(const GeometrySources *geometry, const Attrib
   FloatL diffuse = one - metallic;
   s.reflectance.diffuse = scale3(s.base, diffuse);
   FloatL dielectric = FLOATL(0.04f) * diffuse;
-  s.reflectance.specular = vec3l(dielectric + s.base.x * metallic, dielectric + s.base.y * metallic, dielectric + s.base.z * metallic);
+  s.reflectance.specular =
+      vec3l(dielectric + s.base.x * metallic, dielectric + s.base.y * metallic, dielectric + s.base.z * metallic);
   s.reflectance.mirror = s.reflectance.roughness <= zero;
   return s;
 }

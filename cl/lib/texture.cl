@@ -28,8 +28,8 @@ static inline float4 texel_load(global const uchar4 *texels, constant float *lin
 }
 
 // Value at `uv` (v = 0 is the top row, texel centres at (i + 1/2) / size), level 0, bilinear or nearest.
-static inline float4 texture_sample(const TextureInfo *info, global const uchar4 *texels, constant float *linear_from_byte,
-                                    float2 uv)
+static inline float4 texture_sample(const TextureInfo *info, global const uchar4 *texels,
+                                    constant float *linear_from_byte, float2 uv)
 {
   // Far coordinates would overflow the conversion to int; a period is taken off first, where there is one.
   if (info->wrap_u != WRAP_MODE_CLAMP) uv.x -= 2 * floor(uv.x * 0.5f);
@@ -97,8 +97,8 @@ static inline void texture_use_sample(Color4L *out, const AttributeSources *from
 }
 
 // Base colour and alpha of the lanes of `group`, which hit one triangle: factor x texture x vertex colour.
-static inline Color4L base_color_sample(const AttributeSources *from, const TriangleCorners *corners, IntL group, FloatL u,
-                                        FloatL v)
+static inline Color4L base_color_sample(const AttributeSources *from, const TriangleCorners *corners, IntL group,
+                                        FloatL u, FloatL v)
 {
   global const MaterialInfo *material = &from->materials[corners->material];
   FloatL one = FLOATL(1);

@@ -21,10 +21,7 @@ typedef struct ShearedRay {
   FloatL shear_x, shear_y, shear_z;
 } ShearedRay;
 
-static inline FloatL component3(Vec3L v, uint axis)
-{
-  return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
+static inline FloatL component3(Vec3L v, uint axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 // Axis of the largest component of each direction.
 static inline UintL dominant_axis(Vec3L direction)
@@ -47,9 +44,9 @@ static inline ShearedRay shear_ray(Vec3L origin, Vec3L direction, uint kz)
 }
 
 typedef struct TriangleHit {
-  IntL inside;                // the line meets the triangle
-  FloatL t, u, v;             // distance, weights of vertices 1 and 2; undefined where not inside
-  FloatL t_error;             // bound on the error of t from all roundings but that of the shear, which vanishes at t = 0
+  IntL inside;     // the line meets the triangle
+  FloatL t, u, v;  // distance, weights of vertices 1 and 2; undefined where not inside
+  FloatL t_error;  // bound on the error of t from all roundings but that of the shear, which vanishes at t = 0
   IntL determinant_positive;  // front face, if the direction's component kz is positive
 } TriangleHit;
 
@@ -61,8 +58,8 @@ static inline FloatL max_magnitude(FloatL a, FloatL b, FloatL c)
 }
 
 // Vertices a, b, c as components (kx, ky, kz) in world space.
-static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, FloatL ay, FloatL az, FloatL bx, FloatL by,
-                                             FloatL bz, FloatL cx, FloatL cy, FloatL cz)
+static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, FloatL ay, FloatL az, FloatL bx,
+                                             FloatL by, FloatL bz, FloatL cx, FloatL cy, FloatL cz)
 {
   TriangleHit hit;
   az -= ray->origin_z;
@@ -79,7 +76,8 @@ static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, F
   FloatL w = bx * ay - by * ax;
   FloatL zero = FLOATL(0);
   FloatL determinant = u + v + w;
-  hit.inside = (((u >= zero) & (v >= zero) & (w >= zero)) | ((u <= zero) & (v <= zero) & (w <= zero))) & (determinant != zero);
+  hit.inside =
+      (((u >= zero) & (v >= zero) & (w >= zero)) | ((u <= zero) & (v <= zero) & (w <= zero))) & (determinant != zero);
   hit.t = (u * az + v * bz + w * cz) * ray->shear_z / determinant;
   hit.u = v / determinant;
   hit.v = w / determinant;
@@ -89,7 +87,7 @@ static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, F
   // factors' errors; t is a mean of az, bz, cz weighted by edge functions over their sum.
   FloatL x = max_magnitude(ax, bx, cx), y = max_magnitude(ay, by, cy), z = max_magnitude(az, bz, cz);
   FloatL edge = FLOATL(12) * x * y + FLOATL(4) * z * (x + y);
-  hit.t_error =
-      FLOATL(ROUNDING) * z * fabs(ray->shear_z) * (FLOATL(6) + FLOATL(3) * edge / max_lane(fabs(determinant), FLOATL(1e-37f)));
+  hit.t_error = FLOATL(ROUNDING) * z * fabs(ray->shear_z) *
+                (FLOATL(6) + FLOATL(3) * edge / max_lane(fabs(determinant), FLOATL(1e-37f)));
   return hit;
 }

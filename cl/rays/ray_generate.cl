@@ -18,7 +18,8 @@ kernel void ray_generate(constant CameraInfo *camera, constant Float2 *offsets, 
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   float3 position = vload3(0, &camera->position.x);
-  float3 right = vload3(0, &camera->right.x), down = vload3(0, &camera->down.x), forward = vload3(0, &camera->forward.x);
+  float3 right = vload3(0, &camera->right.x), down = vload3(0, &camera->down.x),
+         forward = vload3(0, &camera->forward.x);
   for (uint slot = begin; slot < end; slot++) {
     uint tile = slot / TILE_PIXELS;
     Float2 offset = offsets[first_sample + tile / tile_count];

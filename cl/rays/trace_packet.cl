@@ -19,15 +19,14 @@
 
 #include "lib/alpha.cl"
 #include "lib/ray_stream.cl"
+#include "lib/slab.cl"
 #include "lib/triangle.cl"
 
 #define STACK_SIZE 64  // above BVH_MAX_DEPTH of host/accel
 
-// Rounding of the slab test and of the triangle's distance: a box is entered if the ray meets it within this factor.
-#define BOX_PADDING 1.000001f
-
 typedef struct Packet {
-  Vec3L origin, direction, inverse;
+  Vec3L origin, direction;
+  SlabAxis slab[3];
   FloatL t_min, t_max;
   FloatL t, u, v;  // closest hit so far; t starts as t_max
   UintL id;
@@ -52,13 +51,12 @@ static inline FloatL box_enter(global const Bvh2Node *node, uint c, const Packet
   float near_y = node->bounds[c][1][sy], far_y = node->bounds[c][1][1 - sy];
   float near_z = node->bounds[c][2][sz], far_z = node->bounds[c][2][1 - sz];
 #endif
-  // A direction of zero on the plane of a box gives 0 * inf = NaN, which the order of comparison leaves out.
-  FloatL enter = max_lane((FLOATL(near_x) - p->origin.x) * p->inverse.x, p->t_min);
-  enter = max_lane((FLOATL(near_y) - p->origin.y) * p->inverse.y, enter);
-  enter = max_lane((FLOATL(near_z) - p->origin.z) * p->inverse.z, enter);
-  FloatL leave = min_lane((FLOATL(far_x) - p->origin.x) * p->inverse.x, limit);
-  leave = min_lane((FLOATL(far_y) - p->origin.y) * p->inverse.y, leave);
-  leave = min_lane((FLOATL(far_z) - p->origin.z) * p->inverse.z, leave);
+  FloatL enter = max_lane(slab_near(&p->slab[0], FLOATL(near_x)), p->t_min);
+  enter = max_lane(slab_near(&p->slab[1], FLOATL(near_y)), enter);
+  enter = max_lane(slab_near(&p->slab[2], FLOATL(near_z)), enter);
+  FloatL leave = min_lane(slab_far(&p->slab[0], FLOATL(far_x)), limit);
+  leave = min_lane(slab_far(&p->slab[1], FLOATL(far_y)), leave);
+  leave = min_lane(slab_far(&p->slab[2], FLOATL(far_z)), leave);
   *enters = enter <= leave * FLOATL(BOX_PADDING);
   return enter;
 }
@@ -76,8 +74,8 @@ static inline TriangleHit packet_triangle(global const BvhTriangle *triangle, co
 #else
   uint kx = kz == 2 ? 0 : kz + 1, ky = kz == 0 ? 2 : kz - 1;
   global const float *a = triangle->vertex[0], *b = triangle->vertex[1], *c = triangle->vertex[2];
-  return triangle_intersect(ray, FLOATL(a[kx]), FLOATL(a[ky]), FLOATL(a[kz]), FLOATL(b[kx]), FLOATL(b[ky]), FLOATL(b[kz]),
-                            FLOATL(c[kx]), FLOATL(c[ky]), FLOATL(c[kz]));
+  return triangle_intersect(ray, FLOATL(a[kx]), FLOATL(a[ky]), FLOATL(a[kz]), FLOATL(b[kx]), FLOATL(b[ky]),
+                            FLOATL(b[kz]), FLOATL(c[kx]), FLOATL(c[ky]), FLOATL(c[kz]));
 #endif
 }
 
@@ -119,6 +117,12 @@ static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uin
   }
 }
 
+// How far each lane still looks: nowhere for lanes outside the group.
+static inline FloatL packet_limit(const Packet *p, IntL group, bool any_hit)
+{
+  return group ? (any_hit ? (p->occluded ? FLOATL(-1) : p->t_max) : p->t) : FLOATL(-1);
+}
+
 // Walks the tree with the lanes of `group`, which share `octant` (bit per axis: negative direction) and `kz`.
 static inline void packet_walk(Packet *p, IntL group, uint octant, uint kz, global const Bvh2Node *nodes,
                                global const BvhTriangle *triangles, bool any_hit, const AttributeSources *attributes)
@@ -128,8 +132,8 @@ static inline void packet_walk(Packet *p, IntL group, uint octant, uint kz, glob
   uint stack_reference[STACK_SIZE], stack_count[STACK_SIZE];
   FloatL stack_enter[STACK_SIZE];
   uint top = 0, reference = 0, count = 0;
+  FloatL limit = packet_limit(p, group, any_hit);
   for (;;) {
-    FloatL limit = group ? (any_hit ? (p->occluded ? FLOATL(-1) : p->t_max) : p->t) : FLOATL(-1);
     if (count == 0) {
       global const Bvh2Node *node = &nodes[reference];
       IntL enters0, enters1;
@@ -153,7 +157,7 @@ static inline void packet_walk(Packet *p, IntL group, uint octant, uint kz, glob
     } else {
       packet_leaf(p, group, &ray, kz, positive_kz, triangles, reference & ~BVH_LEAF, count, any_hit, attributes);
       if (any_hit && !any_lane(group & !p->occluded)) return;
-      limit = group ? (any_hit ? (p->occluded ? FLOATL(-1) : p->t_max) : p->t) : FLOATL(-1);
+      limit = packet_limit(p, group, any_hit);
     }
     do {
       if (top == 0) return;
@@ -169,7 +173,9 @@ static inline Packet packet_load(global const float *rays, uint capacity, uint f
   Packet p;
   p.origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
   p.direction = stream_load3(rays, capacity, RAY_DIRECTION_X, first);
-  p.inverse = vec3l(FLOATL(1) / p.direction.x, FLOATL(1) / p.direction.y, FLOATL(1) / p.direction.z);
+  p.slab[0] = slab_axis(p.origin.x, p.direction.x);
+  p.slab[1] = slab_axis(p.origin.y, p.direction.y);
+  p.slab[2] = slab_axis(p.origin.z, p.direction.z);
   p.t_min = FLOATL(t_min);
   p.t_max = stream_load_t_max(rays, capacity, first, ray_count);
   p.t = p.t_max;
@@ -180,13 +186,14 @@ static inline Packet packet_load(global const float *rays, uint capacity, uint f
   return p;
 }
 
-static inline void packet_trace(Packet *p, global const Bvh2Node *nodes, global const BvhTriangle *triangles, bool any_hit,
-                                const AttributeSources *attributes)
+static inline void packet_trace(Packet *p, global const Bvh2Node *nodes, global const BvhTriangle *triangles,
+                                bool any_hit, const AttributeSources *attributes)
 {
   // The sign of the inverse, not of the direction: that of -0 counts.
   FloatL zero = FLOATL(0);
-  UintL octant = LANE_AS_UINT((p->inverse.x < zero ? INTL(1) : INTL(0)) | (p->inverse.y < zero ? INTL(2) : INTL(0)) |
-                              (p->inverse.z < zero ? INTL(4) : INTL(0)));
+  UintL octant =
+      LANE_AS_UINT((p->slab[0].inverse < zero ? INTL(1) : INTL(0)) | (p->slab[1].inverse < zero ? INTL(2) : INTL(0)) |
+                   (p->slab[2].inverse < zero ? INTL(4) : INTL(0)));
   UintL key = octant | dominant_axis(p->direction) << 3;
   IntL waiting = p->t_max > FLOATL(0);
   for (uint bits = lane_bits(waiting); bits; bits = lane_bits(waiting)) {
@@ -235,6 +242,7 @@ kernel void trace_any(global const Bvh2Node *nodes, global const BvhTriangle *tr
     through = absorption_through(p.absorption);
 #endif
     for (uint bits = lane_bits(!p.occluded & (p.t_max > FLOATL(0))); bits; bits &= bits - 1)
-      stream_add_weight(rays, capacity, first + lowest_bit(bits), slots, radiance, LANE_FLOAT(through, lowest_bit(bits)));
+      stream_add_weight(rays, capacity, first + lowest_bit(bits), slots, radiance,
+                        LANE_FLOAT(through, lowest_bit(bits)));
   }
 }

@@ -15,14 +15,13 @@
 #define LANES 8
 #include "lib/alpha.cl"
 #include "lib/ray_stream.cl"
+#include "lib/slab.cl"
 #include "lib/triangle.cl"
 
 #define STACK_SIZE 448  // above 7 x BVH_MAX_DEPTH of host/accel
 
-#define BOX_PADDING 1.000001f  // as in trace_packet.cl
-
 typedef struct Ray {
-  float origin[3], inverse[3];
+  SlabAxis slab[3];
   uint sign[3];  // 1 where the direction is negative
   uint kx, ky, kz;
   ShearedRay sheared;
@@ -37,14 +36,14 @@ static inline Ray ray_load(global const float *rays, uint capacity, uint index, 
 {
   Ray ray;
   Vec3L origin, direction;
-  float d[3];
+  float o[3], d[3];
   for (uint axis = 0; axis < 3; axis++) {
-    ray.origin[axis] = rays[(RAY_ORIGIN_X + axis) * capacity + index];
+    o[axis] = rays[(RAY_ORIGIN_X + axis) * capacity + index];
     d[axis] = rays[(RAY_DIRECTION_X + axis) * capacity + index];
-    ray.inverse[axis] = 1.0f / d[axis];
-    ray.sign[axis] = ray.inverse[axis] < 0;
+    ray.slab[axis] = slab_axis(FLOATL(o[axis]), FLOATL(d[axis]));
+    ray.sign[axis] = LANE_FLOAT(ray.slab[axis].inverse, 0) < 0;
   }
-  origin = vec3l(FLOATL(ray.origin[0]), FLOATL(ray.origin[1]), FLOATL(ray.origin[2]));
+  origin = vec3l(FLOATL(o[0]), FLOATL(o[1]), FLOATL(o[2]));
   direction = vec3l(FLOATL(d[0]), FLOATL(d[1]), FLOATL(d[2]));
   float x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
   ray.kz = (x >= y && x >= z) ? 0 : (y >= z) ? 1 : 2;
@@ -68,12 +67,14 @@ static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_h
       &ray->sheared, vload8(0, block->vertex[0][kx]), vload8(0, block->vertex[0][ky]), vload8(0, block->vertex[0][kz]),
       vload8(0, block->vertex[1][kx]), vload8(0, block->vertex[1][ky]), vload8(0, block->vertex[1][kz]),
       vload8(0, block->vertex[2][kx]), vload8(0, block->vertex[2][ky]), vload8(0, block->vertex[2][kz]));
-  IntL accept = hit.inside & (hit.t > FLOATL(ray->t_min)) & (any_hit ? hit.t < FLOATL(ray->t) : hit.t <= FLOATL(ray->t));
+  IntL accept =
+      hit.inside & (hit.t > FLOATL(ray->t_min)) & (any_hit ? hit.t < FLOATL(ray->t) : hit.t <= FLOATL(ray->t));
   if (!any_lane(accept)) return false;
   accept = accept & (hit.t > hit.t_error);
   UintL flags = vload8(0, block->flags);
   if (!any_hit)
-    accept = accept & (((flags & UINTL(TRIANGLE_SINGLE_SIDED)) == UINTL(0)) | (hit.determinant_positive == ray->positive_kz));
+    accept = accept &
+             (((flags & UINTL(TRIANGLE_SINGLE_SIDED)) == UINTL(0)) | (hit.determinant_positive == ray->positive_kz));
   for (uint bits = lane_bits(accept); bits; bits &= bits - 1) {
     uint lane = lowest_bit(bits);
     float t = LANE_FLOAT(hit.t, lane);
@@ -107,19 +108,17 @@ static inline bool ray_walk(Ray *ray, global const Bvh8Node *nodes, global const
   uint stack_child[STACK_SIZE];
   float stack_enter[STACK_SIZE];
   uint top = 0, child = 0;
-  FloatL origin_x = FLOATL(ray->origin[0]), origin_y = FLOATL(ray->origin[1]), origin_z = FLOATL(ray->origin[2]);
-  FloatL inverse_x = FLOATL(ray->inverse[0]), inverse_y = FLOATL(ray->inverse[1]), inverse_z = FLOATL(ray->inverse[2]);
   for (;;) {
     if (child & BVH_LEAF) {
       if (ray_block(ray, &blocks[child & ~BVH_LEAF], any_hit, attributes)) return true;
     } else {
       global const Bvh8Node *node = &nodes[child];
-      FloatL enter = max_lane((vload8(0, node->bounds[0][ray->sign[0]]) - origin_x) * inverse_x, FLOATL(ray->t_min));
-      enter = max_lane((vload8(0, node->bounds[1][ray->sign[1]]) - origin_y) * inverse_y, enter);
-      enter = max_lane((vload8(0, node->bounds[2][ray->sign[2]]) - origin_z) * inverse_z, enter);
-      FloatL leave = min_lane((vload8(0, node->bounds[0][1 - ray->sign[0]]) - origin_x) * inverse_x, FLOATL(ray->t));
-      leave = min_lane((vload8(0, node->bounds[1][1 - ray->sign[1]]) - origin_y) * inverse_y, leave);
-      leave = min_lane((vload8(0, node->bounds[2][1 - ray->sign[2]]) - origin_z) * inverse_z, leave);
+      FloatL enter = max_lane(slab_near(&ray->slab[0], vload8(0, node->bounds[0][ray->sign[0]])), FLOATL(ray->t_min));
+      enter = max_lane(slab_near(&ray->slab[1], vload8(0, node->bounds[1][ray->sign[1]])), enter);
+      enter = max_lane(slab_near(&ray->slab[2], vload8(0, node->bounds[2][ray->sign[2]])), enter);
+      FloatL leave = min_lane(slab_far(&ray->slab[0], vload8(0, node->bounds[0][1 - ray->sign[0]])), FLOATL(ray->t));
+      leave = min_lane(slab_far(&ray->slab[1], vload8(0, node->bounds[1][1 - ray->sign[1]])), leave);
+      leave = min_lane(slab_far(&ray->slab[2], vload8(0, node->bounds[2][1 - ray->sign[2]])), leave);
       uint bits = lane_bits(enter <= leave * FLOATL(BOX_PADDING));
       uint bottom = top;
       for (; bits; bits &= bits - 1) {
@@ -161,8 +160,8 @@ kernel void trace_closest(global const Bvh8Node *nodes, global const Bvh8Block *
   }
 }
 
-kernel void trace_any(global const Bvh8Node *nodes, global const Bvh8Block *blocks, global const float *rays, uint capacity,
-                      uint ray_count, uint segment, global const uint *slots, global float4 *radiance,
+kernel void trace_any(global const Bvh8Node *nodes, global const Bvh8Block *blocks, global const float *rays,
+                      uint capacity, uint ray_count, uint segment, global const uint *slots, global float4 *radiance,
                       global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
                       uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
                       global const uchar4 *texels, constant float *linear_from_byte)

@@ -60,8 +60,8 @@ static inline void radiance_add(global float4 *radiance, UintL slot, IntL mask, 
 {
   for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
     uint lane = lowest_bit(bits);
-    radiance[LANE_UINT(slot, lane)] +=
-        (float4)(LANE_FLOAT(value.x, lane), LANE_FLOAT(value.y, lane), LANE_FLOAT(value.z, lane), LANE_FLOAT(coverage, lane));
+    radiance[LANE_UINT(slot, lane)] += (float4)(LANE_FLOAT(value.x, lane), LANE_FLOAT(value.y, lane),
+                                                LANE_FLOAT(value.z, lane), LANE_FLOAT(coverage, lane));
   }
 }
 
@@ -94,15 +94,16 @@ static inline void shade_misses(IntL missed, Vec3L direction, Vec3L weight, Uint
   radiance_add(radiance, slot, missed, mul3(seen, weight), FLOATL(0));
 }
 
-kernel void shade(constant ShadeInfo *shade, global const float *rays, global const uint *slots, uint capacity, uint ray_count,
-                  global const float *hits, global const uint *hit_ids, global const float *positions,
-                  global const float *normals, global const Float4 *tangents, global const TriangleCorners *corners, global const Float2 *uvs,
-                  global const Float4 *colors, uint vertex_count, global const MaterialInfo *materials,
-                  global const TextureInfo *textures, global const uchar4 *texels, constant float *linear_from_byte,
-                  global const LightInfo *lights, constant EnvironmentInfo *environment,
-                  global const Float4 *environment_pixels, global float4 *radiance, global float *shadow_rays,
-                  global uint *shadow_slots, global float *reflected_rays, global uint *reflected_slots,
-                  global float *transmitted_rays, global uint *transmitted_slots, global uint *counts)
+kernel void shade(constant ShadeInfo *shade, global const float *rays, global const uint *slots, uint capacity,
+                  uint ray_count, global const float *hits, global const uint *hit_ids, global const float *positions,
+                  global const float *normals, global const Float4 *tangents, global const TriangleCorners *corners,
+                  global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
+                  global const MaterialInfo *materials, global const TextureInfo *textures, global const uchar4 *texels,
+                  constant float *linear_from_byte, global const LightInfo *lights,
+                  constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
+                  global float4 *radiance, global float *shadow_rays, global uint *shadow_slots,
+                  global float *reflected_rays, global uint *reflected_slots, global float *transmitted_rays,
+                  global uint *transmitted_slots, global uint *counts)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   GeometrySources geometry = {positions, normals, tangents};
@@ -151,19 +152,20 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
       Vec3L arrives = mul3(mul3(f, light.irradiance), weight);
       IntL reached = lit & (dot3(s.geometric, light.unit) > zero) & (max_component3(arrives) > zero);
       if (shade->cast_shadows)
-        stream_append(reached, origin, light.to_light, light.t_max, arrives, slot, shadow_rays + i * RAY_FIELD_COUNT * capacity,
-                      capacity, shadow_slots + i * capacity, &counts[i]);
+        stream_append(reached, origin, light.to_light, light.t_max, arrives, slot,
+                      shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity, shadow_slots + i * capacity, &counts[i]);
       else
         radiance_add(radiance, slot, reached, arrives, zero);
     }
     if (shade->first_batch && shade->reflect) {
-      Vec3L share = shade->model == LIGHTING_MODEL_PHONG ? s.reflectance.specular : fresnel_schlick(s.reflectance.specular, nv);
+      Vec3L share =
+          shade->model == LIGHTING_MODEL_PHONG ? s.reflectance.specular : fresnel_schlick(s.reflectance.specular, nv);
       Vec3L onward = mul3(share, weight);
       Vec3L mirrored = mirror3(to_eye, s.normal);
       mirrored = select3(dot3(mirrored, s.geometric) > zero, mirrored, mirror3(to_eye, s.geometric));
       IntL spawned = lit & s.reflectance.mirror & (max_component3(onward) > FLOATL(shade->min_weight));
-      stream_append(spawned, origin, mirrored, FLOATL(INFINITY), onward, slot, reflected_rays, capacity, reflected_slots,
-                    &counts[STREAM_COUNT_REFLECTED]);
+      stream_append(spawned, origin, mirrored, FLOATL(INFINITY), onward, slot, reflected_rays, capacity,
+                    reflected_slots, &counts[STREAM_COUNT_REFLECTED]);
     }
   }
 }

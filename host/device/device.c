@@ -151,25 +151,40 @@ static Status candidate_choose(uint32_t *out, const Candidate *list, uint32_t co
   bool is_index = isdigit((unsigned char)choice[0]) && *end == 0;
   for (uint32_t i = 0; i < count; i++) {
     const DeviceInfo *info = &list[i].info;
-    bool match = is_index                  ? i == index
+    bool match = is_index                 ? i == index
                  : !strcmp(choice, "gpu") ? info->is_gpu
                  : !strcmp(choice, "cpu") ? !info->is_gpu
-                                           : contains_ignoring_case(info->name, choice);
+                                          : contains_ignoring_case(info->name, choice);
     if (!match) continue;
     *out = i;
     return STATUS_OK;
   }
-  return log_fail(log, STATUS_USAGE, "--device %s: no such device: `frugal devices` lists %u, the first is '%s'", choice,
-                  count, list[0].info.name);
+  return log_fail(log, STATUS_USAGE, "--device %s: no such device: `frugal devices` lists %u, the first is '%s'",
+                  choice, count, list[0].info.name);
+}
+
+// A CPU device is the processor that this program runs on.
+static bool host_has_fma(void)
+{
+#ifdef __x86_64__
+  return __builtin_cpu_supports("fma");
+#else
+  return true;
+#endif
 }
 
 // The one table of what differs between device classes.
 static DeviceTraits traits_for(const DeviceInfo *info)
 {
   if (info->is_gpu)
-    return (DeviceTraits){.lanes = 1, .rays_per_item = 1, .group_size = 64, .wave_rays = 1u << 20, .wide_bvh = false};
-  return (DeviceTraits){
-      .lanes = info->vector_width >= 16 ? 16 : 8, .rays_per_item = 64, .group_size = 1, .wave_rays = 1u << 18, .wide_bvh = true};
+    return (DeviceTraits){
+        .lanes = 1, .rays_per_item = 1, .group_size = 64, .wave_rays = 1u << 20, .wide_bvh = false, .fast_fma = true};
+  return (DeviceTraits){.lanes = info->vector_width >= 16 ? 16 : 8,
+                        .rays_per_item = 64,
+                        .group_size = 1,
+                        .wave_rays = 1u << 18,
+                        .wide_bvh = true,
+                        .fast_fma = host_has_fma()};
 }
 
 Status device_open(Device **out, const char *choice, uint32_t threads, Timeline *timeline, Log *log)

@@ -47,7 +47,8 @@ static Status source_from_folder(Text *out, const char *folder, const char *path
   char full[4096];
   snprintf(full, sizeof full, "%s/%s", folder, path);
   FILE *file = fopen(full, "rb");
-  if (!file) return log_fail(log, STATUS_DEVICE, "%s: %s: FRUGAL_KERNELS must name a copy of cl/", full, strerror(errno));
+  if (!file)
+    return log_fail(log, STATUS_DEVICE, "%s: %s: FRUGAL_KERNELS must name a copy of cl/", full, strerror(errno));
   char block[4096];
   for (size_t n; (n = fread(block, 1, sizeof block, file)) > 0;) TRY(text_append(out, block, n, log));
 
@@ -130,9 +131,9 @@ Status program_build(Program **out, Device *device, const char *path, const char
   TRY(source_expand(&expansion, path, log));
 
   char all_options[512];
-  snprintf(all_options, sizeof all_options, "-cl-std=CL1.2 %s-D LANES=%u -D RAYS_PER_ITEM=%u %s",
-           device->exact_division ? "-cl-fp32-correctly-rounded-divide-sqrt " : "", device->traits.lanes,
-           device->traits.rays_per_item, options);
+  snprintf(all_options, sizeof all_options, "-cl-std=CL1.2 %s%s-D LANES=%u -D RAYS_PER_ITEM=%u %s",
+           device->exact_division ? "-cl-fp32-correctly-rounded-divide-sqrt " : "",
+           device->traits.fast_fma ? "-D FAST_FMA " : "", device->traits.lanes, device->traits.rays_per_item, options);
   const char *text = expansion.text.bytes;
   program->program = clCreateProgramWithSource(device->context, 1, &text, NULL, &error);
   if (error == CL_SUCCESS) error = clBuildProgram(program->program, 1, &device->id, all_options, NULL, NULL);
