@@ -38,8 +38,10 @@ static inline void stream_append(IntL mask, Vec3L origin, Vec3L direction, Float
 {
   uint bits = lane_bits(mask);
   if (!bits) return;
+#if LANES == 1
+  uint at = atomic_inc(count);  // by a constant: compilers join those of a warp
+#else
   uint at = atomic_add(count, (uint)popcount(bits));
-#if LANES > 1
   if (popcount(bits) == LANES) {
     stream_store3(origin, rays, capacity, RAY_ORIGIN_X, at);
     stream_store3(direction, rays, capacity, RAY_DIRECTION_X, at);

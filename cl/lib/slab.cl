@@ -2,7 +2,8 @@
 //
 // The product origin * inverse is rounded, and that of the plane where there is no fused multiply-add; both are off by at
 // most one rounding of |origin * inverse| and one of t. So the near planes are moved back and the far planes on by
-// that: no box that the ray meets is missed, whatever the origin. Directions below 1e-25 count as that.
+// that: no box that the ray meets is missed, whatever the origin. Directions below 1e-30 count as that, and a box is
+// 1e-18 wider on each side, so that a ray within the plane of its side stays inside.
 //
 //   From  Ize, "Robust BVH Ray Traversal", JCGT 2013; Williams, Barrus, Morley, Shirley, "An Efficient and Robust Ray-Box
 //         Intersection Algorithm", 2005.
@@ -19,9 +20,10 @@ typedef struct SlabAxis {
 
 static inline SlabAxis slab_axis(FloatL origin, FloatL direction)
 {
-  FloatL inverse = FLOATL(1) / direction, limit = FLOATL(1e25f);
+  FloatL inverse = FLOATL(1) / direction, limit = FLOATL(1e30f);
   inverse = inverse > limit ? limit : inverse < -limit ? -limit : inverse;
-  FloatL shift = origin * inverse, error = fabs(shift) * FLOATL(2.4e-7f);
+  FloatL shift = origin * inverse;
+  FloatL error = fabs(inverse) * (fabs(origin) * FLOATL(2.4e-7f) + FLOATL(1e-18f));
   SlabAxis axis = {inverse, shift + error, shift - error};
   return axis;
 }
