@@ -4,12 +4,6 @@
 
 #include "base/parallel.h"
 
-#ifdef __SIZEOF_FLOAT128__
-typedef __float128 Exact;
-#else
-typedef long double Exact;
-#endif
-
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
@@ -29,10 +23,10 @@ typedef struct Candidate {
   uint32_t triangle;
   bool inside, culled;
   double t, u, v, edge;
-  double t_low, t_high;           // all of the triangle's depths where it is seen too thin for its plane to count
+  double t_low, t_high;           // depths of the nearest and the farthest corner
   double inset;                   // signed distance from the nearest edge across the line, positive inside, relative
   double thickness;               // least height of the triangle seen along the line, relative
-  double length_m;                // what those are relative to
+  double length_m, unit_t;        // what those are relative to, and as a depth
   double coverage, cover_margin;  // where inside
   double t_condition, u_condition, v_condition;
 } Candidate;
@@ -77,60 +71,125 @@ WIDE static void block_score(double score[ORACLE_BLOCK], const OracleBlock *bloc
   }
 }
 
+// A number of some 106 bits, hi + lo, with |lo| <= ulp(hi) / 2. Source: Dekker, "A Floating-Point Technique for Extending
+// the Available Precision", 1971; Knuth, "The Art of Computer Programming", volume 2, section 4.2.2 (the sum).
+typedef struct Pair {
+  double hi, lo;
+} Pair;
+
+static Pair pair_sum(double a, double b)
+{
+  double sum = a + b, from_b = sum - a;
+  return (Pair){sum, (a - (sum - from_b)) + (b - from_b)};
+}
+
+static Pair pair_product(Pair a, Pair b)
+{
+  double product = a.hi * b.hi;
+  return pair_sum(product, fma(a.hi, b.hi, -product) + (a.hi * b.lo + a.lo * b.hi));
+}
+
+static Pair pair_difference(Pair a, Pair b)
+{
+  Pair sum = pair_sum(a.hi, -b.hi);
+  return pair_sum(sum.hi, sum.lo + (a.lo - b.lo));
+}
+
 // direction . ((p - o) x (q - o)), of the right sign: what is near zero in double is computed again.
 static double edge_volume(Vec3 o, Vec3 d, Vec3 p, Vec3 q)
 {
   Vec3 b = vec3_sub(p, o), c = vec3_sub(q, o);
   double volume = vec3_dot(d, vec3_cross(b, c));
-  if (fabs(volume) > 1e-12 * vec3_length(d) * vec3_length(b) * vec3_length(c)) return volume;
-  Exact bx = (Exact)p.x - o.x, by = (Exact)p.y - o.y, bz = (Exact)p.z - o.z;
-  Exact cx = (Exact)q.x - o.x, cy = (Exact)q.y - o.y, cz = (Exact)q.z - o.z;
-  return (double)(d.x * (by * cz - bz * cy) + d.y * (bz * cx - bx * cz) + d.z * (bx * cy - by * cx));
+  if (fabs(volume) > 1e-14 * vec3_length(d) * vec3_length(b) * vec3_length(c)) return volume;
+  Pair bx = pair_sum(p.x, -o.x), by = pair_sum(p.y, -o.y), bz = pair_sum(p.z, -o.z);
+  Pair cx = pair_sum(q.x, -o.x), cy = pair_sum(q.y, -o.y), cz = pair_sum(q.z, -o.z);
+  Pair x = pair_product((Pair){-d.x, 0}, pair_difference(pair_product(by, cz), pair_product(bz, cy)));
+  Pair y = pair_product((Pair){d.y, 0}, pair_difference(pair_product(bz, cx), pair_product(bx, cz)));
+  Pair z = pair_product((Pair){-d.z, 0}, pair_difference(pair_product(bx, cy), pair_product(by, cx)));
+  Pair sum = pair_difference(pair_difference(y, x), z);
+  return sum.hi + sum.lo;
+}
+
+// A product in an edge function rounds to this share of what a coordinate may be off by.
+#define PRODUCTS 0.25
+
+// A triangle as a ray sees it. By corner: the volume of the edge opposite to it, and how much an error of 1 changes that;
+// depths along the ray and along the direction's largest axis, which agree where the ray hits, and not beside it.
+typedef struct View {
+  double volume[3], slack[3], depth[2][3];
+  double side, det;  // det: the sum of the volumes, without its sign
+} View;
+
+static double component(Vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+static void view_make(View *out, Candidate *at, const OracleScene *scene, const OracleRay *ray)
+{
+  Vec3 o = ray->origin, d = ray->direction, p[3];
+  double across_m[3], far_m = 0, length = vec3_length(d), volumes = 0;
+  int axis = fabs(d.x) >= fabs(d.y) && fabs(d.x) >= fabs(d.z) ? 0 : fabs(d.y) >= fabs(d.z) ? 1 : 2;
+  for (int i = 0; i < 3; i++) p[i] = oracle_vertex(scene, at->triangle, i);
+  for (int i = 0; i < 3; i++) {
+    Vec3 from = p[(i + 1) % 3], to = p[(i + 2) % 3], corner = vec3_sub(p[i], o);
+    out->volume[i] = edge_volume(o, d, from, to);
+    out->slack[i] = vec3_length(vec3_cross(d, vec3_sub(to, from)));
+    out->depth[0][i] = vec3_dot(corner, d) / (length * length);
+    out->depth[1][i] = component(corner, axis) / component(d, axis);
+    across_m[i] = vec3_length(vec3_cross(d, corner)) / length;
+    far_m = most(far_m, vec3_length(corner));
+    volumes += out->volume[i];
+  }
+  at->length_m = most(far_m, ray->reach_m);
+  at->unit_t = at->length_m / length;
+  out->side = volumes < 0 ? -1 : 1;
+  out->det = fabs(volumes);
+  for (int i = 0; i < 3; i++) {
+    double products = length * across_m[(i + 1) % 3] * across_m[(i + 2) % 3];
+    out->slack[i] = out->slack[i] * at->length_m + PRODUCTS * products;
+  }
+}
+
+// What is made of the view: the hit, how far it is from its triangle's edges, and how rounding moves it.
+static void candidate_place(Candidate *at, const View *view)
+{
+  const double *depth = view->depth[0], *slack = view->slack, det = view->det;
+  double weight[3], rest = slack[0] + slack[1] + slack[2], t = 0;
+  at->inset = at->thickness = INFINITY;
+  at->t_low = INFINITY;
+  at->t_high = -INFINITY;
+  for (int i = 0; i < 3; i++) {
+    weight[i] = det > 0 ? view->side * view->volume[i] / det : 1.0 / 3;
+    t += weight[i] * depth[i];
+    at->t_low = least(at->t_low, least(depth[i], view->depth[1][i]));
+    at->t_high = most(at->t_high, most(depth[i], view->depth[1][i]));
+    if (!(slack[i] > 0)) continue;
+    at->inset = least(at->inset, view->side * view->volume[i] / slack[i]);
+    at->thickness = least(at->thickness, det / slack[i]);
+  }
+  at->t = most(at->t_low, least(at->t_high, t));
+  at->u = weight[1];
+  at->v = weight[2];
+  at->edge = least(weight[0], least(weight[1], weight[2]));
+  at->t_condition = at->u_condition = at->v_condition = INFINITY;
+  if (!(det > 0)) return;
+  at->t_condition = at->unit_t;
+  for (int i = 0; i < 3; i++)
+    at->t_condition += slack[i] * most(fabs(depth[i] - at->t), fabs(view->depth[1][i] - at->t)) / det;
+  at->u_condition = (slack[1] + fabs(at->u) * (rest - 2 * slack[1])) / det;
+  at->v_condition = (slack[2] + fabs(at->v) * (rest - 2 * slack[2])) / det;
 }
 
 static void candidate_measure(Candidate *out, const OracleScene *scene, const OracleRay *ray, uint32_t triangle)
 {
-  Vec3 o = ray->origin, d = ray->direction, p[3];
-  double volume[3], depth[3], around[3], far_m = 0, length = vec3_length(d);
-  double volumes = 0;
-  for (int i = 0; i < 3; i++) p[i] = oracle_vertex(scene, triangle, i);
-  for (int i = 0; i < 3; i++) {
-    Vec3 from = p[(i + 1) % 3], to = p[(i + 2) % 3];
-    volume[i] = edge_volume(o, d, from, to);
-    around[i] = vec3_length(vec3_cross(d, vec3_sub(to, from)));
-    depth[i] = vec3_dot(vec3_sub(p[i], o), d) / (length * length);
-    far_m = most(far_m, vec3_length(vec3_sub(p[i], o)));
-    volumes += volume[i];
-  }
-  double side = volumes < 0 ? -1 : 1, det = fabs(volumes);
-  double least_volume = least(side * volume[0], least(side * volume[1], side * volume[2]));
-  Vec3 normal = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
-
-  *out = (Candidate){.triangle = triangle, .inside = det > 0 && least_volume >= 0, .coverage = 1};
-  out->culled = ray->cull && (scene->triangles[triangle].flags & ORACLE_SINGLE_SIDED) && side > 0;
-  out->length_m = most(far_m, ray->reach_m);
-  out->inset = out->thickness = INFINITY;
-  for (int i = 0; i < 3; i++) {
-    if (!(around[i] > 0)) continue;
-    out->inset = least(out->inset, side * volume[i] / around[i] / out->length_m);
-    out->thickness = least(out->thickness, det / around[i] / out->length_m);
-  }
-  double weight[3] = {0};
-  for (int i = 0; i < 3; i++) weight[i] = det > 0 ? side * volume[i] / det : 1.0 / 3;
-  double nearest = least(depth[0], least(depth[1], depth[2])), farthest = most(depth[0], most(depth[1], depth[2]));
-  double t = weight[0] * depth[0] + weight[1] * depth[1] + weight[2] * depth[2];
-  bool thin = out->thickness < ORACLE_MARGIN_MAX;
-  out->t = most(nearest, least(farthest, t));
-  out->t_low = thin ? nearest : out->t;
-  out->t_high = thin ? farthest : out->t;
-  out->u = weight[1];
-  out->v = weight[2];
-  out->edge = least(weight[0], least(weight[1], weight[2]));
-  out->t_condition = det > 0 ? far_m * vec3_length(normal) / det : INFINITY;
-  out->u_condition = det > 0 ? far_m * around[1] / det : INFINITY;
-  out->v_condition = det > 0 ? far_m * around[2] / det : INFINITY;
-  out->cover_margin = ORACLE_MARGIN_MAX;
-  if (out->inside && (scene->triangles[triangle].flags & ORACLE_SEE_THROUGH) && scene->coverage)
+  View view;
+  uint32_t flags = scene->triangles[triangle].flags;
+  *out = (Candidate){.triangle = triangle, .coverage = 1, .cover_margin = ORACLE_MARGIN_MAX};
+  view_make(&view, out, scene, ray);
+  candidate_place(out, &view);
+  double least_volume =
+      least(view.side * view.volume[0], least(view.side * view.volume[1], view.side * view.volume[2]));
+  out->inside = view.det > 0 && least_volume >= 0;
+  out->culled = ray->cull && (flags & ORACLE_SINGLE_SIDED) && view.side > 0;
+  if (out->inside && (flags & ORACLE_SEE_THROUGH) && scene->coverage)
     out->coverage = scene->coverage(scene, triangle, out->u, out->v, &out->cover_margin);
 }
 
@@ -149,30 +208,38 @@ static Candidates candidates_find(const OracleScene *scene, const OracleRay *ray
   return list;
 }
 
-// (b - a) along the ray, relative to the distance at a.
-static double along(const OracleRay *ray, double a, double b)
-{
-  double length = vec3_length(ray->direction), distance_m = fabs(a) * length;
-  if (!isfinite(b)) return b > a ? INFINITY : -INFINITY;
-  return b == a ? 0 : (b - a) * length / most(distance_m, ray->reach_m);
-}
-
 static bool counts(const Candidate *at, const OracleRay *ray)
 {
   return at->inside && !at->culled && at->coverage > 0 && at->t > ray->t_min && at->t <= ray->t_max;
 }
 
+// How far a triangle would have to move to be hit no longer before depth `end`, or no longer after it: its plane across
+// the ray, and, since a hit lies between the corners, its farthest or nearest corner along it. 0 or less where it is not.
+// `condition`: of `end`, which moves as well.
+static double before(const Candidate *at, double end, double condition)
+{
+  if (!isfinite(end)) return end > at->t ? INFINITY : -INFINITY;
+  return most((end - at->t) / (at->t_condition + condition), (end - at->t_high) / at->unit_t);
+}
+
+static double after(const Candidate *at, double end, double condition)
+{
+  if (!isfinite(end)) return end < at->t ? INFINITY : -INFINITY;
+  return most((at->t - end) / (at->t_condition + condition), (at->t_low - end) / at->unit_t);
+}
+
 // How surely a hit is one, setting others aside.
 static double firmness(const Candidate *at, const OracleRay *ray)
 {
-  double range = least(along(ray, at->t, ray->t_max), -along(ray, at->t, ray->t_min));
+  double range = least(before(at, ray->t_max, 0), after(at, ray->t_min, 0));
+  if ((at->t - ray->t_min) / at->unit_t * at->thickness <= ray->start_margin) return 0;
   return least(least(at->inset, range), at->cover_margin);
 }
 
-// How far a triangle is from being a hit before `t_end`; 0 or less where it is one.
-static double remoteness(const Candidate *at, const OracleRay *ray, double t_end)
+// How far a triangle is from being a hit before `t_end` (of that condition); 0 or less where it is one.
+static double remoteness(const Candidate *at, const OracleRay *ray, double t_end, double condition)
 {
-  double range = most(along(ray, at->t_high, ray->t_min), -along(ray, at->t_low, t_end));
+  double range = most(after(at, t_end, condition), before(at, ray->t_min, 0));
   double aside = at->culled && at->inside ? at->inset : -at->inset;
   double absent = at->inside && !(at->coverage > 0) ? at->cover_margin : 0;
   return most(most(range, aside), absent);
@@ -205,9 +272,10 @@ void oracle_closest(OracleHit *out, const OracleScene *scene, const OracleRay *r
     out->gap = next ? (next->t - best->t) / fabs(best->t) : INFINITY;
     out->margin = least(firmness(best, ray), ORACLE_MARGIN_MAX);
   }
+  double end = best ? best->t : ray->t_max, condition = best ? best->t_condition : 0;
   for (size_t i = 0; i < list.count; i++) {
     if (&list.items[i] == best) continue;
-    out->margin = least(out->margin, most(0, remoteness(&list.items[i], ray, best ? best->t : ray->t_max)));
+    out->margin = least(out->margin, most(0, remoteness(&list.items[i], ray, end, condition)));
   }
   free(list.items);
 }
@@ -219,7 +287,7 @@ double oracle_lit(const OracleScene *scene, const OracleRay *ray, double *margin
   for (size_t i = 0; i < list.count; i++) {
     const Candidate *at = &list.items[i];
     if (!counts(at, ray)) {
-      open = least(open, most(0, remoteness(at, ray, ray->t_max)));
+      open = least(open, most(0, remoteness(at, ray, ray->t_max, 0)));
     } else {
       lit *= 1 - at->coverage;
       open = least(open, firmness(at, ray));
@@ -263,9 +331,9 @@ void oracle_lit_all(double *out, double *margins, const OracleScene *scene, cons
 }
 
 // t as near as the triangle's tilt lets it; seen so thin that its plane is lost in rounding, anywhere in its range.
-static bool depth_agrees(const OracleRay *ray, const Candidate *at, double t, double rounding)
+static bool depth_agrees(const Candidate *at, double t, double rounding)
 {
-  double slack = rounding * at->length_m / vec3_length(ray->direction);
+  double slack = rounding * at->unit_t;
   if (fabs(t - at->t) <= rounding * at->t_condition) return true;
   return at->thickness <= 4 * rounding && t >= at->t_low - slack && t <= at->t_high + slack;
 }
@@ -285,8 +353,8 @@ OracleVerdict oracle_judge(const OracleScene *scene, const OracleRay *ray, const
   if (claim->triangle != ORACLE_MISS) {
     Candidate at;
     candidate_measure(&at, scene, ray, claim->triangle);
-    if (claim->triangle == ray->skip || remoteness(&at, ray, ray->t_max) > rounding) return ORACLE_WRONG;
-    if (!depth_agrees(ray, &at, claim->t, rounding)) return ORACLE_WRONG;
+    if (claim->triangle == ray->skip || remoteness(&at, ray, ray->t_max, 0) > rounding) return ORACLE_WRONG;
+    if (!depth_agrees(&at, claim->t, rounding)) return ORACLE_WRONG;
     if (claim->triangle == truth->triangle && at.thickness > 4 * rounding) return ORACLE_WRONG;
     limit = claim->t;
   }

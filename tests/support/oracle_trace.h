@@ -8,9 +8,10 @@
 typedef struct OracleRay {
   Vec3 origin, direction;
   double t_min, t_max;
-  uint32_t skip;   // id of a triangle left out, the one the ray starts on; ORACLE_MISS for none
-  bool cull;       // single-sided triangles are open from behind (camera and reflected rays)
-  double reach_m;  // margins count lengths below this one as this long: for an origin that a device has rounded
+  uint32_t skip;        // id of a triangle left out, the one the ray starts on; ORACLE_MISS for none
+  bool cull;            // single-sided triangles are open from behind (camera and reflected rays)
+  double reach_m;       // margins count lengths below this one as this long: for an origin that a device has rounded
+  double start_margin;  // hits whose margin from t_min is no larger may be left out: have a margin of 0
 } OracleRay;
 
 // Skips nothing, culls nothing, reach 0.
