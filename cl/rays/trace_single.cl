@@ -87,6 +87,7 @@ static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_h
 #endif
 #ifdef HAS_BLEND
     if (any_hit && (LANE_UINT(flags, lane) & TRIANGLE_BLENDED)) {
+      if (lane > 0 && id == block->id[lane - 1]) continue;  // an unused slot repeats the one before it
       IntL absorbed = alpha_absorption(attributes, id, LANE_INDEX == INTL((int)lane), hit.u, hit.v);
       ray->absorption += LANE_INT(absorbed, lane);
       if (ray->absorption < ABSORPTION_ALL) continue;

@@ -50,13 +50,16 @@ kernel void resolve(constant ResolveInfo *info, global const float4 *sums, globa
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, info->pixel_count);
   for (uint i = begin; i < end; i++) {
-    float4 value = sums[i] * info->scale;
-    if (info->opaque) value.w = 1;
+    float3 color = sums[i].xyz * info->scale;
+    float coverage = clamp(sums[i].w * info->coverage_scale, 0.0f, 1.0f);
     if (info->display) {
-      if (!info->opaque && value.w > 0) value.xyz /= value.w;
-      float3 toned = tone_apply(value.xyz, info->tone);
-      value = (float4)(srgb_encode(toned.x), srgb_encode(toned.y), srgb_encode(toned.z), clamp(value.w, 0.0f, 1.0f));
+      bool straight = !info->opaque || info->has_background;
+      color = tone_apply(straight && coverage > 0 ? color / coverage : color, info->tone);
+      if (info->has_background) color *= coverage;
     }
-    picture[i] = value;
+    if (info->has_background)
+      color += (float3)(info->background.x, info->background.y, info->background.z) * (1 - coverage);
+    if (info->display) color = (float3)(srgb_encode(color.x), srgb_encode(color.y), srgb_encode(color.z));
+    picture[i] = (float4)(color, info->opaque ? 1 : coverage);
   }
 }

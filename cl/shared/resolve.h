@@ -10,11 +10,14 @@
 
 typedef struct ResolveInfo {
   uint pixel_count;
-  float scale;     // 1 / samples, and for display 2^exposure as well
-  uint tone;       // TONE_CURVE_*
-  uint display;    // 1: tone curve and sRGB, straight alpha; 0: linear radiance, premultiplied
-  uint opaque;     // 1: alpha is 1 everywhere
+  float scale;           // of radiance: 2^exposure / samples
+  float coverage_scale;  // of coverage: 1 / samples
+  uint tone;             // TONE_CURVE_*
+  uint display;          // 1: tone curve and sRGB, straight alpha; 0: linear radiance, premultiplied
+  uint opaque;           // 1: alpha is 1 everywhere
+  uint has_background;   // 1 (with opaque): `background` shows through where coverage is below 1
+  Float3 background;     // linear, as displayed: neither scaled nor through the tone curve
 } ResolveInfo;
-SHARED_SIZE(ResolveInfo, 20);
+SHARED_SIZE(ResolveInfo, 40);
 
 #endif

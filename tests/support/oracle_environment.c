@@ -69,12 +69,45 @@ void oracle_dome_free(OracleDome *dome)
   *dome = (OracleDome){0};
 }
 
-Vec3 oracle_dome_irradiance(const OracleDome *dome, Vec3 normal_world)
+static Vec3 dome_diffuse(const OracleDome *dome, const OracleSurface *surface, Vec3 n, Vec3 v)
 {
   Vec3 sum = {0};
   for (uint32_t i = 0; i < dome->cell_count; i++) {
-    double cosine = vec3_dot(normal_world, dome->cells[i][0]);
-    if (cosine > 0) sum = vec3_add(sum, vec3_scale(dome->cells[i][1], cosine));
+    double cosine = vec3_dot(n, dome->cells[i][0]);
+    if (cosine <= 0) continue;
+    Vec3 diffuse = oracle_brdf(ORACLE_PBR, surface, n, v, dome->cells[i][0]).diffuse;
+    sum = vec3_add(sum, vec3_scale(vec3_mul(diffuse, dome->cells[i][1]), cosine));
+  }
+  return vec3_scale(sum, surface->occlusion);
+}
+
+enum { LOBE_CELLS = 24 };
+
+static Vec3 lobe_specular(const Environment *environment, const OracleSurface *surface, Vec3 n, Vec3 v)
+{
+  Vec3 sum = {0}, across = vec3_unit_or(vec3_cross(n, fabs(n.x) < 0.5 ? vec3(1, 0, 0) : vec3(0, 1, 0)), n);
+  Vec3 along = vec3_cross(n, across);
+  for (int i = 0; i < LOBE_CELLS * LOBE_CELLS; i++) {
+    double density, phi = 2 * M_PI * (i % LOBE_CELLS + 0.5) / LOBE_CELLS;
+    double cosine = oracle_half_vector(ORACLE_PBR, surface, (i / LOBE_CELLS + 0.5) / LOBE_CELLS, &density);
+    double sine = sqrt(fmax(0, 1 - cosine * cosine));
+    Vec3 h = vec3_add(vec3_scale(across, sine * cos(phi)), vec3_scale(along, sine * sin(phi)));
+    h = vec3_add(h, vec3_scale(n, cosine));
+    double v_dot_h = vec3_dot(v, h);
+    Vec3 l = vec3_sub(vec3_scale(h, 2 * v_dot_h), v);
+    double n_dot_l = vec3_dot(n, l);
+    if (v_dot_h <= 0 || n_dot_l <= 0 || !(density > 0)) continue;
+    Vec3 specular = oracle_brdf(ORACLE_PBR, surface, n, v, l).specular;
+    double weight = n_dot_l * 4 * v_dot_h / density / (LOBE_CELLS * LOBE_CELLS);
+    sum = vec3_add(sum, vec3_scale(vec3_mul(specular, oracle_environment(environment, l)), weight));
   }
   return sum;
+}
+
+Vec3 oracle_environment_light(const Environment *environment, const OracleDome *dome, OracleModel model,
+                              const OracleSurface *surface, Vec3 n, Vec3 v)
+{
+  if (model == ORACLE_PHONG || surface->unlit || dome->cell_count == 0) return vec3(0, 0, 0);
+  Vec3 light = dome_diffuse(dome, surface, n, v);
+  return oracle_is_mirror(surface) ? light : vec3_add(light, lobe_specular(environment, surface, n, v));
 }

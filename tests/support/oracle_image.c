@@ -7,7 +7,7 @@
 #include "support/oracle_environment.h"
 #include "support/oracle_surface.h"
 
-enum { DOME_ROWS = 128, DOME_INNER = 2 };
+enum { DOME_ROWS = 48, DOME_INNER = 3 };
 
 OracleOptions oracle_options(uint32_t width, uint32_t height, uint32_t samples)
 {
@@ -46,7 +46,8 @@ static Tracer tracer_make(OracleScene *scene, const OracleOptions *options)
   Tracer tracer = {.scene = scene, .options = options};
   const Environment *environment = &scene->model->environment;
   scene->coverage = oracle_surface_coverage;
-  if (options->model == ORACLE_PBR && environment->intensity > 0)
+  bool black = environment->kind == ENVIRONMENT_CONSTANT && !(largest(vec3_from_floats(environment->constant)) > 0);
+  if (options->model == ORACLE_PBR && environment->intensity > 0 && !black)
     tracer.dome = oracle_dome_make(environment, DOME_ROWS, DOME_INNER);
   return tracer;
 }
@@ -117,9 +118,9 @@ static Vec3 radiance_along(const Tracer *tracer, const OracleRay *ray, Vec3 thro
   OracleModel model = tracer->options->model;
   double n_dot_v = vec3_dot(point.normal_world, view), alpha = point.surface.alpha;
   *margin = fmin(*margin, fmin(point.margin, point.surface.unlit ? INFINITY : fmax(0, n_dot_v)));
-  Vec3 irradiance = oracle_dome_irradiance(&tracer->dome, point.normal_world);
   Vec3 sum = oracle_own_light(model, &point.surface, tracer->options->ambient);
-  sum = vec3_add(sum, oracle_environment_diffuse(model, &point.surface, n_dot_v, irradiance));
+  sum = vec3_add(sum, oracle_environment_light(&tracer->scene->model->environment, &tracer->dome, model, &point.surface,
+                                               point.normal_world, view));
   sum = vec3_add(sum, lights_at(tracer, &point, &hit, view, margin));
   sum = vec3_add(sum, reflection_at(tracer, &point, &hit, view, vec3_scale(throughput, alpha), depth, margin));
   if (alpha >= 1) return sum;

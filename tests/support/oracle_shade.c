@@ -72,13 +72,6 @@ Vec3 oracle_own_light(OracleModel model, const OracleSurface *surface, double am
   return vec3_add(surface->emission, ambient_light);
 }
 
-Vec3 oracle_environment_diffuse(OracleModel model, const OracleSurface *surface, double n_dot_v, Vec3 irradiance)
-{
-  if (model == ORACLE_PHONG || surface->unlit) return grey(0);
-  Vec3 albedo = vec3_mul(one_minus(schlick(surface, n_dot_v)), vec3_scale(surface->base, 1 - surface->metallic));
-  return vec3_mul(albedo, vec3_scale(irradiance, surface->occlusion / M_PI));
-}
-
 // KHR_lights_punctual: 1 over the distance squared, windowed where the light has a range.
 static double falloff(const Light *light, double distance_m)
 {
@@ -126,8 +119,7 @@ static Vec3 direction_at(double cosine, double phi)
   return vec3(sine * cos(phi), sine * sin(phi), cosine);
 }
 
-// Cosine of a half vector at `share` of the model's distribution, and the density there, 1 / sr.
-static double half_vector_cosine(OracleModel model, const OracleSurface *surface, double share, double *density)
+double oracle_half_vector(OracleModel model, const OracleSurface *surface, double share, double *density)
 {
   if (model == ORACLE_PHONG) {
     double exponent = phong_exponent(surface), cosine = pow(share, 1 / (exponent + 1));
@@ -150,7 +142,7 @@ OracleBrdf oracle_albedo(OracleModel model, const OracleSurface *surface, double
       Vec3 l = direction_at(sqrt(share), phi);
       albedo.diffuse = vec3_add(albedo.diffuse, vec3_scale(oracle_brdf(model, surface, n, v, l).diffuse, M_PI * cell));
       if (oracle_is_mirror(surface)) continue;
-      double density, cosine = half_vector_cosine(model, surface, share, &density);
+      double density, cosine = oracle_half_vector(model, surface, share, &density);
       Vec3 h = direction_at(cosine, phi);
       double v_dot_h = vec3_dot(v, h);
       l = vec3_sub(vec3_scale(h, 2 * v_dot_h), v);

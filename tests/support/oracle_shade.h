@@ -34,9 +34,6 @@ Vec3 oracle_reflectance(OracleModel model, const OracleSurface *surface, double 
 // What leaves without a light: emission, and A base in phong; the base colour where the material is unlit.
 Vec3 oracle_own_light(OracleModel model, const OracleSurface *surface, double ambient);
 
-// pbr: (1 - F) c_diff / pi x irradiance x occlusion with F = Schlick at N.V. phong: 0. No specular part.
-Vec3 oracle_environment_diffuse(OracleModel model, const OracleSurface *surface, double n_dot_v, Vec3 irradiance);
-
 // A light seen from a point.
 typedef struct OracleArrival {
   Vec3 direction;     // unit, towards the light
@@ -52,6 +49,9 @@ Vec3 oracle_direct(OracleModel model, const OracleSurface *surface, Vec3 n, Vec3
 // Trowbridge and Reitz's distribution (GGX) at alpha = roughness^2, and the visibility G / (4 N.L N.V).
 double oracle_ggx(double n_dot_h, double alpha);
 double oracle_smith(double n_dot_l, double n_dot_v, double alpha);
+
+// Cosine to the normal of the half vector at `share` (0..1) of the model's distribution, and the density there, 1 / sr.
+double oracle_half_vector(OracleModel model, const OracleSurface *surface, double share, double *density);
 
 // Directional albedo: the integral of f N.L over the hemisphere for a view at n_dot_v (white furnace), by midpoints in
 // the distribution of half vectors and, for diffuse, of cosine. `cells`^2 points; 512 gives about 1e-4. A mirror's

@@ -1,0 +1,63 @@
+// The same input gives the same bytes: on every run, and however the work is cut into waves.
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "scene/scene_defaults.h"
+#include "support/picture_fixture.h"
+#include "support/scene_features.h"
+
+enum { ALL_AOVS = 2 * AOV_NAME_REFLECTION - 1 };
+
+static void assert_same_layers(const Picture *a, const Picture *b)
+{
+  size_t pixels = (size_t)a->width * a->height;
+  assert_memory_equal(a->radiance, b->radiance, pixels * sizeof *a->radiance);
+  for (int i = 0; picture_layer_names[i]; i++)
+    if (memcmp(a->layers[i].values, b->layers[i].values, pixels * sizeof(float)) != 0)
+      fail_msg("%s differs", picture_layer_names[i]);
+}
+
+// Waves of one tile, of a few tiles with some of the samples, and of the whole picture.
+static void waves_check(uint32_t lanes, LightingModel model)
+{
+  Scene scene = scene_features();
+  Camera camera = scene_features_camera();
+  PictureRequest request = picture_request(37, 21, 4);
+  scene_set_sky(&scene);
+  request.settings.lighting = model;
+  request.aovs = ALL_AOVS;
+  request.lanes = lanes;
+  Picture whole = picture_render(&scene, &camera, &request);
+  picture_assert_signal(&whole, 0.2);
+  static const uint32_t sizes[] = {0, 64, 64 * 7, 64 * 15 * 2};
+  for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+    request.wave_rays = sizes[i];
+    Picture picture = picture_render(&scene, &camera, &request);
+    assert_same_layers(&whole, &picture);
+    picture_free(&picture);
+  }
+  picture_free(&whole);
+  scene_free(&scene);
+}
+
+static void waves_of_any_size_give_the_same_bytes(void **state)
+{
+  waves_check(0, LIGHTING_PBR);
+  waves_check(8, LIGHTING_PHONG);
+}
+
+static void waves_of_any_size_give_the_same_bytes_on_one_lane(void **state) { waves_check(1, LIGHTING_PBR); }
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(waves_of_any_size_give_the_same_bytes),
+      cmocka_unit_test(waves_of_any_size_give_the_same_bytes_on_one_lane),
+  };
+  return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
+}
