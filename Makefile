@@ -5,7 +5,7 @@
 # make format     put the C, C++ and OpenCL C files into the project's format
 # make sanitize   the tests under address, leak and undefined-behaviour checks, in build/sanitize
 # make bench      ray speed beside Embree in the same run
-# make install    to PREFIX (/usr/local), under DESTDIR
+# make install    to PREFIX (/usr/local), under DESTDIR: program, manual page, completion for bash; make uninstall
 #
 # BUILD=folder builds elsewhere. CC, CXX, CPPFLAGS, CFLAGS, CXXFLAGS, LDFLAGS: as usual. WERROR=1: warnings are errors.
 BUILD ?= build
@@ -47,7 +47,7 @@ SUBMAKE = +@$(MAKE) --no-print-directory -s $(if $(findstring jobserver,$(MAKEFL
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all tests demo test lint format sanitize bench install clean needs help
+.PHONY: all tests demo test lint format sanitize bench install uninstall clean needs help
 all: $(BUILD)/frugal $(BUILD)/frugal-image
 tests: $(TESTS)
 
@@ -106,6 +106,7 @@ format:
 
 SANITIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined
 sanitize: export UBSAN_OPTIONS = print_stacktrace=1
+sanitize: export LSAN_OPTIONS = suppressions=$(CURDIR)/tests/support/leaks.supp:print_suppressions=0
 sanitize:
 	+@$(MAKE) --no-print-directory test BUILD=$(BUILD)/sanitize \
 	  CFLAGS='$(SANITIZE)' CXXFLAGS='$(SANITIZE)' LDFLAGS='$(SANITIZE)'
@@ -116,8 +117,10 @@ bench:
 	@scripts/bench $(BUILD)
 
 install: all
-	install -D -m 755 $(BUILD)/frugal $(DESTDIR)$(PREFIX)/bin/frugal
-	install -D -m 755 $(BUILD)/frugal-image $(DESTDIR)$(PREFIX)/libexec/frugal/frugal-image
+	@scripts/install "$(BUILD)" "$(PREFIX)" "$(DESTDIR)"
+
+uninstall:
+	@scripts/install --uninstall "$(PREFIX)" "$(DESTDIR)"
 
 clean:
 	rm -rf $(BUILD)

@@ -1,319 +1,263 @@
 #include "app/options.h"
 
-#include <ctype.h>
-#include <errno.h>
-#include <getopt.h>
-#include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "app/app.h"
-
-const char render_usage[] =
-    "Examples:\n"
-    "  frugal render scene.glb -o picture.png\n"
-    "  frugal render scene.glb -o picture.png -s 1920x1080 -n 16\n"
-    "  frugal render scene.glb -o picture.exr --aov depth,normal,object\n"
-    "  frugal render scene.gltf -o picture.png --environment studio.hdr --exposure 0.5\n"
-    "  frugal render scene.glb -o - --format png --lighting phong >picture.png\n"
-    "\n"
-    "Usage: frugal render SCENE -o OUT [OPTIONS]\n"
-    "\n"
-    "SCENE is a glTF 2.0 file (.glb, .gltf).\n"
-    "\n"
-    "Output:\n"
-    "  -o, --output FILE          .png, .jpg, .exr or .hdr; - writes to standard output\n"
-    "      --format FORMAT        png, jpg, exr or hdr, whatever the name's ending\n"
-    "  -s, --size WxH             pixels (1280x720)\n"
-    "  -n, --samples N            samples a pixel (1)\n"
-    "      --exposure EV          brightness, in powers of two (0)\n"
-    "      --tone-map CURVE       none, filmic, pbr-neutral (none)\n"
-    "      --aov LIST             layers of an .exr: depth position normal albedo object primitive material shadow\n"
-    "                             reflection\n"
-    "\n"
-    "View and light:\n"
-    "      --camera CAMERA        index or name of a camera of the file, or fit (the first, else fit)\n"
-    "      --environment LIGHT    HDR image file, #rrggbb, sky or none\n"
-    "      --environment-rotation DEGREES, --environment-intensity FACTOR\n"
-    "      --no-key-light         no built-in sun in a scene without lights\n"
-    "\n"
-    "Methods:\n"
-    "      --lighting MODEL       pbr (glTF) or phong (the 2007 system's) (pbr)\n"
-    "      --ambient A            ambient term of phong (0.05)\n"
-    "      --primary METHOD       rays\n"
-    "      --shadows METHOD       none, rays (rays)\n"
-    "      --reflections METHOD   none, rays (rays)\n"
-    "      --max-depth N          reflected bounces (8)\n"
-    "      --max-roughness R      reflect surfaces up to this roughness (0: mirrors alone)\n"
-    "\n"
-    "Machine:\n"
-    "      --device DEVICE        index or part of a name as in `frugal devices`, cpu, gpu (the best)\n"
-    "      --threads N            threads of the host and of a CPU device (all)\n"
-    "      --seed N               random numbers of sampled effects (0)\n"
-    "      --max-memory BYTES     limit on what an input may ask for, with k, M, G (3/4 of RAM)\n"
-    "      --max-image-pixels N   limit on the size of an image file (268435456)\n"
-    "      --allow-outside        let a .gltf name files outside its folder\n"
-    "\n"
-    "Reports:\n"
-    "      --profile              table of where the time went, on standard error\n"
-    "      --stats FILE           the same as JSON\n"
-    "      --trace FILE           every launch, in Chrome's trace format\n"
-    "  -q, --quiet                warnings and errors only\n"
-    "  -h, --help\n"
-    "\n"
-    "Exit codes: 0 done, 2 usage, 3 no usable device, 4 input, 5 output, 130 interrupted.\n";
-
-typedef enum OptionId {
-  OPT_FORMAT = 256, OPT_EXPOSURE, OPT_TONE_MAP, OPT_AOV, OPT_CAMERA, OPT_ENVIRONMENT, OPT_ROTATION, OPT_INTENSITY,
-  OPT_NO_KEY_LIGHT, OPT_LIGHTING, OPT_AMBIENT, OPT_PRIMARY, OPT_SHADOWS, OPT_REFLECTIONS, OPT_MAX_DEPTH, OPT_MAX_ROUGHNESS,
-  OPT_DEVICE, OPT_THREADS, OPT_SEED, OPT_MAX_MEMORY, OPT_MAX_IMAGE_PIXELS, OPT_ALLOW_OUTSIDE, OPT_PROFILE, OPT_STATS, OPT_TRACE,
-} OptionId;
-
-static const struct option long_options[] = {
-    {"output", required_argument, NULL, 'o'},
-    {"format", required_argument, NULL, OPT_FORMAT},
-    {"size", required_argument, NULL, 's'},
-    {"samples", required_argument, NULL, 'n'},
-    {"exposure", required_argument, NULL, OPT_EXPOSURE},
-    {"tone-map", required_argument, NULL, OPT_TONE_MAP},
-    {"aov", required_argument, NULL, OPT_AOV},
-    {"camera", required_argument, NULL, OPT_CAMERA},
-    {"environment", required_argument, NULL, OPT_ENVIRONMENT},
-    {"environment-rotation", required_argument, NULL, OPT_ROTATION},
-    {"environment-intensity", required_argument, NULL, OPT_INTENSITY},
-    {"no-key-light", no_argument, NULL, OPT_NO_KEY_LIGHT},
-    {"lighting", required_argument, NULL, OPT_LIGHTING},
-    {"ambient", required_argument, NULL, OPT_AMBIENT},
-    {"primary", required_argument, NULL, OPT_PRIMARY},
-    {"shadows", required_argument, NULL, OPT_SHADOWS},
-    {"reflections", required_argument, NULL, OPT_REFLECTIONS},
-    {"max-depth", required_argument, NULL, OPT_MAX_DEPTH},
-    {"max-roughness", required_argument, NULL, OPT_MAX_ROUGHNESS},
-    {"device", required_argument, NULL, OPT_DEVICE},
-    {"threads", required_argument, NULL, OPT_THREADS},
-    {"seed", required_argument, NULL, OPT_SEED},
-    {"max-memory", required_argument, NULL, OPT_MAX_MEMORY},
-    {"max-image-pixels", required_argument, NULL, OPT_MAX_IMAGE_PIXELS},
-    {"allow-outside", no_argument, NULL, OPT_ALLOW_OUTSIDE},
-    {"profile", no_argument, NULL, OPT_PROFILE},
-    {"stats", required_argument, NULL, OPT_STATS},
-    {"trace", required_argument, NULL, OPT_TRACE},
-    {"quiet", no_argument, NULL, 'q'},
-    {"help", no_argument, NULL, 'h'},
-    {NULL, 0, NULL, 0},
-};
-
-static Status fail_value(Log *log, const char *option, const char *value, const char *expected)
+// "WxH", or `count` whole numbers between commas, each of at most `most`; false for anything else.
+static bool numbers_read(uint32_t *out, int count, char separator, unsigned long most, const char *text)
 {
-  return log_fail(log, STATUS_USAGE, "--%s %s: not valid: expected %s", option, value, expected);
-}
-
-static Status parse_number(double *out, const char *option, const char *text, double low, double high, Log *log)
-{
-  char *end = NULL, expected[96];
-  double value = strtod(text, &end);
-  if (end != text && *end == 0 && value >= low && value <= high) {
-    *out = value;
-    return STATUS_OK;
+  for (int i = 0; i < count; i++) {
+    char *end = NULL;
+    if (text[0] < '0' || text[0] > '9') return false;
+    unsigned long value = strtoul(text, &end, 10);
+    if (value > most || *end != (i + 1 < count ? separator : 0)) return false;
+    out[i] = (uint32_t)value;
+    text = end + 1;
   }
-  snprintf(expected, sizeof expected, "a number from %g to %g", low, high);
-  return fail_value(log, option, text, expected);
+  return true;
 }
 
-static Status parse_count(uint64_t *out, const char *option, const char *text, uint64_t low, uint64_t high, Log *log)
+static Status read_size(void *field, const Option *option, const char *text, Log *log)
 {
-  char *end = NULL, expected[96];
-  errno = 0;
-  unsigned long long value = strtoull(text, &end, 10);
-  if (isdigit((unsigned char)text[0]) && *end == 0 && errno == 0 && value >= low && value <= high) {
-    *out = value;
-    return STATUS_OK;
-  }
-  snprintf(expected, sizeof expected, "a whole number from %llu to %llu", (unsigned long long)low, (unsigned long long)high);
-  return fail_value(log, option, text, expected);
-}
-
-static Status parse_u32(uint32_t *out, const char *option, const char *text, uint64_t low, uint64_t high, Log *log)
-{
-  uint64_t value = 0;
-  Status status = parse_count(&value, option, text, low, high, log);
-  if (!status) *out = (uint32_t)value;
-  return status;
-}
-
-// Bytes with an optional k, M or G (powers of 1024).
-static Status parse_bytes(uint64_t *out, const char *option, const char *text, Log *log)
-{
-  char *end = NULL;
-  double value = strtod(text, &end);
-  const char *units = "kMG", *unit = *end ? strchr(units, *end) : NULL;
-  if (end != text && unit && end[1] == 0) {
-    value *= pow(1024, (double)(unit - units + 1));
-    end++;
-  }
-  if (end == text || *end || !(value >= 1) || value > 1e18) return fail_value(log, option, text, "a size such as 512M or 4G");
-  *out = (uint64_t)value;
+  uint32_t size[2];
+  RenderSettings *settings = field;
+  if (!numbers_read(size, 2, 'x', (unsigned long)option->high, text) || size[0] == 0 || size[1] == 0)
+    return option_fail(log, option, text, "WIDTHxHEIGHT such as 1280x720, each from 1 to 65536");
+  settings->width = size[0];
+  settings->height = size[1];
   return STATUS_OK;
 }
 
-static Status parse_choice(int *out, const char *option, const char *text, const char *const *names, Log *log)
+static Status read_crop(void *field, const Option *option, const char *text, Log *log)
 {
-  for (int i = 0; names[i]; i++) {
-    if (strcmp(names[i], text) != 0) continue;
-    *out = i;
-    return STATUS_OK;
-  }
-  return log_fail(log, STATUS_USAGE, "--%s %s: no such value: did you mean '%s'?", option, text, app_nearest(text, names));
-}
-
-static Status parse_size(RenderSettings *settings, const char *text, Log *log)
-{
-  unsigned long width = 0, height = 0;
-  char end = 0;
-  if (!isdigit((unsigned char)text[0]) || sscanf(text, "%lux%lu%c", &width, &height, &end) != 2)
-    return fail_value(log, "size", text, "WIDTHxHEIGHT, e.g. 1280x720");
-  if (width < 1 || height < 1 || width > 65536 || height > 65536)
-    return fail_value(log, "size", text, "1 to 65536 pixels on each side");
-  settings->width = (uint32_t)width;
-  settings->height = (uint32_t)height;
+  uint32_t crop[4];
+  if (!numbers_read(crop, 4, ',', (unsigned long)option->high, text) || crop[2] == 0 || crop[3] == 0)
+    return option_fail(log, option, text, "X,Y,WIDTH,HEIGHT in pixels from the top left");
+  *(Crop *)field = (Crop){crop[0], crop[1], crop[2], crop[3]};
   return STATUS_OK;
 }
 
-static Status parse_aovs(uint32_t *out, const char *text, Log *log)
+// Names joined by commas; a bit each, in the order of `words`.
+static Status read_aovs(void *field, const Option *option, const char *text, Log *log)
 {
-  static const char *const names[] = {"depth",     "position", "normal", "albedo", "object",
-                                      "primitive", "material", "shadow", "reflection", NULL};
+  Status status = STATUS_OK;
   char list[256];
-  snprintf(list, sizeof list, "%s", text);
+  if (strlen(text) >= sizeof list) return option_fail(log, option, text, "names joined by commas");
+  strcpy(list, text);
+  uint32_t set = 0;
   for (char *rest = NULL, *name = strtok_r(list, ", ", &rest); name; name = strtok_r(NULL, ", ", &rest)) {
     int index = 0;
-    Status status = parse_choice(&index, "aov", name, names, log);
-    if (status) return status;
-    *out |= 1u << index;
+    TRY(option_read_word(&index, option, name, log));
+    set |= 1u << index;
   }
-  return STATUS_OK;
-}
-
-// #rrggbb, sRGB, to linear.
-static Status parse_color(float out[3], const char *option, const char *text, Log *log)
-{
-  unsigned rgb[3];
-  char end = 0;
-  if (strlen(text) != 7 || sscanf(text, "#%2x%2x%2x%c", &rgb[0], &rgb[1], &rgb[2], &end) != 3)
-    return fail_value(log, option, text, "a colour such as #8090a0");
-  for (int c = 0; c < 3; c++) {
-    double s = rgb[c] / 255.0;
-    out[c] = (float)(s <= 0.04045 ? s / 12.92 : pow((s + 0.055) / 1.055, 2.4));
-  }
-  return STATUS_OK;
-}
-
-static Status parse_environment(RenderOptions *out, const char *text, Log *log)
-{
-  if (!strcmp(text, "none")) {
-    out->environment = ENVIRONMENT_NONE;
-  } else if (!strcmp(text, "sky")) {
-    out->environment = ENVIRONMENT_SKY;
-  } else if (text[0] == '#') {
-    out->environment = ENVIRONMENT_COLOR;
-    return parse_color(out->environment_color, "environment", text, log);
-  } else {
-    out->environment = ENVIRONMENT_FILE;
-    out->environment_path = text;
-  }
-  return STATUS_OK;
-}
-
-static Status parse_option(RenderOptions *out, int id, const char *name, const char *value, Log *log)
-{
-  static const char *const tones[] = {"none", "filmic", "pbr-neutral", NULL}, *const models[] = {"pbr", "phong", NULL},
-                           *const methods[] = {"none", "rays", NULL}, *const primaries[] = {"rays", NULL},
-                           *const formats[] = {"png", "jpg", "exr", "hdr", NULL};
-  Status status = STATUS_OK;
-  double number = 0;
-  int choice = 0;
-  switch (id) {
-    case 'o': out->output_path = value; break;
-    case 's': return parse_size(&out->settings, value, log);
-    case 'n': return parse_u32(&out->settings.samples, name, value, 1, 1u << 20, log);
-    case 'q': out->quiet = true; break;
-    case 'h': out->help = true; break;
-    case OPT_FORMAT:
-      TRY(parse_choice(&choice, name, value, formats, log));
-      out->format = value;
-      break;
-    case OPT_EXPOSURE:
-      TRY(parse_number(&number, name, value, -64, 64, log));
-      out->picture.exposure_ev = (float)number;
-      break;
-    case OPT_TONE_MAP:
-      TRY(parse_choice(&choice, name, value, tones, log));
-      out->picture.tone = (uint32_t)choice;
-      break;
-    case OPT_AOV: return parse_aovs(&out->picture.aovs, value, log);
-    case OPT_CAMERA: out->camera = value; break;
-    case OPT_ENVIRONMENT: return parse_environment(out, value, log);
-    case OPT_ROTATION:
-      TRY(parse_number(&number, name, value, -3600, 3600, log));
-      out->environment_rotation_rad = number * M_PI / 180;
-      break;
-    case OPT_INTENSITY:
-      TRY(parse_number(&number, name, value, 0, 1e9, log));
-      out->environment_intensity = (float)number;
-      break;
-    case OPT_NO_KEY_LIGHT: out->key_light = false; break;
-    case OPT_LIGHTING:
-      TRY(parse_choice(&choice, name, value, models, log));
-      out->settings.lighting = (LightingModel)choice;
-      break;
-    case OPT_AMBIENT:
-      TRY(parse_number(&number, name, value, 0, 1e6, log));
-      out->settings.ambient = (float)number;
-      break;
-    case OPT_PRIMARY: return parse_choice(&choice, name, value, primaries, log);
-    case OPT_SHADOWS:
-      TRY(parse_choice(&choice, name, value, methods, log));
-      out->settings.shadows = (ShadowMethod)choice;
-      break;
-    case OPT_REFLECTIONS:
-      TRY(parse_choice(&choice, name, value, methods, log));
-      out->settings.reflections = (ReflectionMethod)choice;
-      break;
-    case OPT_MAX_DEPTH: return parse_u32(&out->settings.max_depth, name, value, 0, 1000, log);
-    case OPT_MAX_ROUGHNESS:
-      TRY(parse_number(&number, name, value, 0, 1, log));
-      if (number > 0)
-        return log_fail(log, STATUS_USAGE, "--max-roughness %s: rough reflections are not there yet: use 0", value);
-      break;
-    case OPT_DEVICE: out->device = value; break;
-    case OPT_THREADS: return parse_u32(&out->threads, name, value, 1, 256, log);
-    case OPT_SEED: return parse_u32(&out->seed, name, value, 0, UINT32_MAX, log);
-    case OPT_MAX_MEMORY: return parse_bytes(&out->max_memory_bytes, name, value, log);
-    case OPT_MAX_IMAGE_PIXELS: return parse_count(&out->max_image_pixels, name, value, 1, 1ull << 40, log);
-    case OPT_ALLOW_OUTSIDE: out->allow_outside = true; break;
-    case OPT_PROFILE: out->profile = true; break;
-    case OPT_STATS: out->stats_path = value; break;
-    case OPT_TRACE: out->trace_path = value; break;
-  }
+  *(uint32_t *)field = set;
 
 done:
   return status;
 }
 
-// getopt has refused `word`: an unknown option, or one whose argument is missing.
-static Status fail_option(Log *log, const char *word, int missing)
+static Status read_environment(void *field, const Option *option, const char *text, Log *log)
 {
-  if (missing) return log_fail(log, STATUS_USAGE, "%s: needs a value: see frugal render --help", word);
-  const char *names[sizeof long_options / sizeof *long_options];
-  size_t count = 0;
-  for (; long_options[count].name; count++) names[count] = long_options[count].name;
-  names[count] = NULL;
-  char bare[64];
-  snprintf(bare, sizeof bare, "%s", word + strspn(word, "-"));
-  bare[strcspn(bare, "=")] = 0;
-  return log_fail(log, STATUS_USAGE, "%s: no such option: did you mean --%s?", word, app_nearest(bare, names));
+  EnvironmentSource source = {.choice = ENVIRONMENT_FILE, .text = text};
+  if (!strcmp(text, "none"))
+    source.choice = ENVIRONMENT_NONE;
+  else if (!strcmp(text, "sky"))
+    source.choice = ENVIRONMENT_SKY;
+  else if (text[0] == '#')
+    source.choice = ENVIRONMENT_COLOR;
+  Status status = source.choice == ENVIRONMENT_COLOR ? option_read_color(source.color, option, text, log)
+                  : *text                            ? STATUS_OK
+                                                     : option_fail(log, option, text, "a file, #rrggbb, sky or none");
+  if (!status) *(EnvironmentSource *)field = source;
+  return status;
+}
+
+static Status read_background(void *field, const Option *option, const char *text, Log *log)
+{
+  Background background = {.kind = BACKGROUND_COLOR, .text = text};
+  int index = 0;
+  Status status = text[0] == '#' ? option_read_color(background.color, option, text, log)
+                                 : option_read_word(&index, option, text, log);
+  if (text[0] != '#') background.kind = index == 0 ? BACKGROUND_ENVIRONMENT : BACKGROUND_TRANSPARENT;
+  if (!status) *(Background *)field = background;
+  return status;
+}
+
+static Status read_exposure(void *field, const Option *option, const char *text, Log *log)
+{
+  ExposureChoice choice = {.is_auto = !strcmp(text, "auto")};
+  Status status = choice.is_auto ? STATUS_OK : option_read_float(&choice.ev, option, text, log);
+  if (!status) *(ExposureChoice *)field = choice;
+  return status;
+}
+
+static Status read_max_roughness(void *field, const Option *option, const char *text, Log *log)
+{
+  float roughness = 0;
+  Status status = option_read_float(&roughness, option, text, log);
+  if (!status && roughness > 0)
+    return log_fail(log, STATUS_USAGE, "--max-roughness %s: rough reflections are not there yet: use 0", text);
+  return status;
+}
+
+static Status read_primary(void *field, const Option *option, const char *text, Log *log)
+{
+  int index = 0;
+  return option_read_word(&index, option, text, log);
+}
+
+#define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
+#define FIELD(name) .field = offsetof(RenderOptions, name)
+
+static const Option render_options[] = {
+    OPTION_HEADING("Output:"),
+    {"output", 'o', "FILE", option_read_text, FIELD(output_path),
+     .help = ".png, .jpg, .exr or .hdr; - writes to standard output"},
+    {"format", 0, "FORMAT", option_read_name, FIELD(format), .words = WORDS("png", "jpg", "exr", "hdr"),
+     .help = "png, jpg, exr or hdr, whatever the name's ending"},
+    {"size", 's', "WxH", read_size, FIELD(settings), .high = 65536, .help = "pixels (1280x720)"},
+    {"crop", 0, "X,Y,W,H", read_crop, FIELD(crop), .high = 65536,
+     .help = "only this part of the picture, from its top left (all)"},
+    {"samples", 'n', "N", option_read_u32, FIELD(settings.samples), .low = 1, .high = 1 << 20,
+     .help = "samples a pixel (1)"},
+    {"exposure", 0, "EV", read_exposure, FIELD(exposure), .low = -64, .high = 64,
+     .help = "brightness, in powers of two (0), or auto: the surfaces'\nlog-average luminance becomes 0.18"},
+    {"tone-map", 0, "CURVE", option_read_word, FIELD(picture.tone), .words = WORDS("none", "filmic", "pbr-neutral"),
+     .help = "none, filmic, pbr-neutral (none)"},
+    {"background", 0, "WHAT", read_background, FIELD(background), .words = WORDS("environment", "transparent"),
+     .help = "environment, transparent (.png, .exr) or #rrggbb: what the\ncamera sees behind the scene (environment)"},
+    {"aov", 0, "LIST", read_aovs, FIELD(picture.aovs),
+     .words = WORDS("depth", "position", "normal", "albedo", "object", "primitive", "material", "shadow", "reflection"),
+     .help = "layers of an .exr, joined by commas: depth position normal\nalbedo object primitive material shadow "
+             "reflection"},
+    {"bit-depth", 0, "BITS", option_read_u32, FIELD(picture.bit_depth), .low = 8, .high = 16,
+     .help = "8 or 16 bits a channel of a .png (8)"},
+    {"quality", 0, "Q", option_read_u32, FIELD(picture.quality), .low = 1, .high = 100,
+     .help = "of a .jpg, 1 to 100 (95)"},
+    {"compression", 0, "METHOD", option_read_text, FIELD(picture.compression),
+     .help = ".png: 0 to 9 (1); .exr: none, rle, zip, zips, piz, pxr24,\nb44, b44a, dwaa or dwab (zip)"},
+    {"overwrite", 0, NULL, option_read_true, FIELD(overwrite), .help = "replace a picture that is there (the default)"},
+    {"no-clobber", 0, NULL, option_read_false, FIELD(overwrite), .help = "fail where there is one already"},
+
+    OPTION_HEADING("View and light:"),
+    {"camera", 0, "CAMERA", option_read_text, FIELD(camera),
+     .help = "index or name of a camera of the file, or fit: a view of\nall (the first, else fit)"},
+    {"list-cameras", 0, NULL, option_read_true, FIELD(list_cameras),
+     .help = "print the scene's cameras, render nothing"},
+    {"environment", 0, "LIGHT", read_environment, FIELD(environment),
+     .help = "HDR image file, #rrggbb, sky or none (none for a scene with\nlights, else sky)"},
+    {"environment-rotation", 0, "DEGREES", option_read_radians, FIELD(environment_rotation_rad), .low = -3600,
+     .high = 3600, .help = "about the vertical axis (0)"},
+    {"environment-intensity", 0, "FACTOR", option_read_float, FIELD(environment_intensity), .high = 1e9,
+     .help = "times its radiance (1)"},
+    {"no-key-light", 0, NULL, option_read_false, FIELD(key_light), .help = "no built-in sun in a scene without lights"},
+
+    OPTION_HEADING("Methods:"),
+    {"lighting", 0, "MODEL", option_read_word, FIELD(settings.lighting), .words = WORDS("pbr", "phong"),
+     .help = "pbr (glTF) or phong (the 2007 system's) (pbr)"},
+    {"ambient", 0, "A", option_read_float, FIELD(settings.ambient), .high = 1e6,
+     .help = "ambient term of phong (0.05)"},
+    {"primary", 0, "METHOD", read_primary, .words = WORDS("rays"), .help = "rays"},
+    {"shadows", 0, "METHOD", option_read_word, FIELD(settings.shadows), .words = WORDS("none", "rays"),
+     .help = "none or rays (rays)"},
+    {"reflections", 0, "METHOD", option_read_word, FIELD(settings.reflections), .words = WORDS("none", "rays"),
+     .help = "none or rays (rays)"},
+    {"max-depth", 0, "N", option_read_u32, FIELD(settings.max_depth), .high = 1000, .help = "reflected bounces (8)"},
+    {"max-roughness", 0, "R", read_max_roughness, .high = 1,
+     .help = "reflect surfaces up to this roughness (0: mirrors alone)"},
+
+    OPTION_HEADING("Machine:"),
+    {"device", 0, "DEVICE", option_read_text, FIELD(device),
+     .help = "index or part of a name as in `frugal devices`, cpu, gpu\n(the best)"},
+    {"threads", 0, "N", option_read_u32, FIELD(threads), .low = 1, .high = 256,
+     .help = "of the host and of a CPU device (all)"},
+    {"seed", 0, "N", option_read_u32, FIELD(seed), .high = UINT32_MAX, .help = "random numbers of sampled effects (0)"},
+    {"max-memory", 0, "BYTES", option_read_bytes, FIELD(max_memory_bytes),
+     .help = "most that the scene file and the picture may need, each,\nwith k, M or G (3/4 of RAM)"},
+    {"max-image-pixels", 0, "N", option_read_u64, FIELD(max_image_pixels), .low = 1, .high = 1e12,
+     .help = "largest image file read (268435456)"},
+    {"allow-outside", 0, NULL, option_read_true, FIELD(allow_outside),
+     .help = "let a .gltf name files outside its folder"},
+
+    OPTION_HEADING("Reports:"),
+    {"profile", 0, NULL, option_read_true, FIELD(profile), .help = "table of where the time went, on standard error"},
+    {"stats", 0, "FILE", option_read_text, FIELD(stats_path), .help = "the same as JSON; - for standard output"},
+    {"trace", 0, "FILE", option_read_text, FIELD(trace_path), .help = "every launch, in Chrome's trace format"},
+    {"progress", 0, NULL, option_read_true, FIELD(progress),
+     .help = "say how far it is, also where no terminal shows it"},
+    {"verbose", 'v', NULL, option_read_true, FIELD(verbose), .help = "say what is done, and on what"},
+    {"quiet", 'q', NULL, option_read_true, FIELD(quiet), .help = "warnings and errors only"},
+};
+
+const CommandLine render_command_line = {
+    .name = "render",
+    .usage =
+        "Examples:\n"
+        "  frugal render scene.glb -o picture.png\n"
+        "  frugal render scene.glb -o picture.png -s 1920x1080 -n 16 --exposure auto\n"
+        "  frugal render scene.glb -o picture.exr --aov depth,normal,object\n"
+        "  frugal render scene.gltf -o picture.png --environment studio.hdr --background transparent\n"
+        "  frugal render scene.glb -o - --format png --lighting phong >picture.png\n"
+        "  frugal render scene.glb --list-cameras\n"
+        "\n"
+        "Usage: frugal render SCENE -o OUT [OPTIONS]\n"
+        "\n"
+        "SCENE is a glTF 2.0 file (.glb, .gltf).\n",
+    .closing =
+        "\nExit codes: 0 done, 2 usage, 3 no usable device, 4 input or memory, 5 output, 130 and 143 interrupted.\n",
+    .options = render_options,
+    .option_count = sizeof render_options / sizeof *render_options,
+};
+
+PictureArea render_area(const RenderOptions *options)
+{
+  const RenderSettings *settings = &options->settings;
+  const Crop *crop = &options->crop;
+  PictureArea area = {settings->width, settings->height, crop->x, crop->y, crop->width, crop->height};
+  if (crop->width == 0) area.width = settings->width;
+  if (crop->width == 0) area.height = settings->height;
+  return area;
+}
+
+// An option that the format gives no meaning is a mistake that would go unnoticed otherwise.
+static Status format_check(const RenderOptions *options, Log *log)
+{
+  const char *format = options->format, *path = options->output_path;
+  const PictureOptions *picture = &options->picture;
+  bool is_png = !strcmp(format, "png"), is_exr = !strcmp(format, "exr");
+  if (picture->aovs && !is_exr)
+    return log_fail(log, STATUS_USAGE, "%s: --aov needs a format with layers: use .exr", path);
+  if (options->background.kind == BACKGROUND_TRANSPARENT && !is_png && !is_exr)
+    return log_fail(log, STATUS_USAGE, "%s: --background transparent needs a format with alpha: use .png or .exr",
+                    path);
+  if (picture->bit_depth && !is_png)
+    return log_fail(log, STATUS_USAGE, "%s: --bit-depth is for .png alone: leave it out", path);
+  if (picture->bit_depth && picture->bit_depth != 8 && picture->bit_depth != 16)
+    return log_fail(log, STATUS_USAGE, "--bit-depth %u: not valid: expected 8 or 16", picture->bit_depth);
+  if (picture->quality && strcmp(format, "jpg") != 0)
+    return log_fail(log, STATUS_USAGE, "%s: --quality is for .jpg alone: leave it out", path);
+  if (picture->compression && !is_png && !is_exr)
+    return log_fail(log, STATUS_USAGE, "%s: --compression is for .png and .exr: leave it out", path);
+  if (picture->compression && !image_compression_is_known(format, picture->compression))
+    return log_fail(log, STATUS_USAGE, "--compression %s: not one of .%s: expected %s", picture->compression, format,
+                    is_png ? "0 to 9" : "none, rle, zip, zips, piz, pxr24, b44, b44a, dwaa or dwab");
+  return STATUS_OK;
+}
+
+static Status combination_check(const RenderOptions *options, Log *log)
+{
+  const Crop *crop = &options->crop;
+  const RenderSettings *settings = &options->settings;
+  if ((uint64_t)crop->x + crop->width > settings->width || (uint64_t)crop->y + crop->height > settings->height)
+    return log_fail(log, STATUS_USAGE, "--crop %u,%u,%u,%u: leaves the picture of %ux%u: stay within it", crop->x,
+                    crop->y, crop->width, crop->height, settings->width, settings->height);
+  const char *const outputs[] = {options->output_path, options->stats_path, options->trace_path};
+  for (int i = 0; i < 3; i++)
+    for (int k = 0; k < i; k++)
+      if (outputs[i] && outputs[k] && !strcmp(outputs[i], outputs[k]))
+        return log_fail(log, STATUS_USAGE, "%s: named for two outputs: give each its own", outputs[i]);
+  return STATUS_OK;
 }
 
 Status render_options_parse(RenderOptions *out, int argc, char **argv, Log *log)
@@ -321,33 +265,36 @@ Status render_options_parse(RenderOptions *out, int argc, char **argv, Log *log)
   Status status = STATUS_OK;
   uint64_t ram = (uint64_t)sysconf(_SC_PHYS_PAGES) * (uint64_t)sysconf(_SC_PAGESIZE);
   *out = (RenderOptions){
-      .settings = {.width = 1280, .height = 720, .samples = 1, .shadows = SHADOWS_RAYS, .reflections = REFLECTIONS_RAYS,
-                   .max_depth = 8, .ambient = 0.05f},
-      .picture = {.opaque = true, .bit_depth = 8, .quality = 95},
+      .settings = {.width = 1280,
+                   .height = 720,
+                   .samples = 1,
+                   .shadows = SHADOWS_RAYS,
+                   .reflections = REFLECTIONS_RAYS,
+                   .max_depth = 8,
+                   .ambient = 0.05f},
       .environment_intensity = 1,
       .key_light = true,
+      .overwrite = true,
       .max_memory_bytes = ram / 4 * 3,
       .max_image_pixels = 1ull << 28,
   };
-  opterr = 0;
-  optind = 1;
-  for (int id, index = -1; (id = getopt_long(argc, argv, ":o:s:n:qh", long_options, &index)) != -1; index = -1) {
-    if (id == '?' || id == ':') return fail_option(log, argv[optind - 1], id == ':');
-    const char *name = id == 'o' ? "output" : id == 's' ? "size" : id == 'n' ? "samples" : index >= 0 ? long_options[index].name : "";
-    TRY(parse_option(out, id, name, optarg, log));
-  }
+  TRY(command_line_parse(&out->help, &out->scene_path, 1, out, &render_command_line, argc, argv, log));
   if (out->help) return STATUS_OK;
-  if (optind >= argc) return log_fail(log, STATUS_USAGE, "render: no scene: frugal render SCENE -o OUT");
-  out->scene_path = argv[optind];
-  if (optind + 1 < argc)
-    return log_fail(log, STATUS_USAGE, "%s: one scene at a time: what is this one for?", argv[optind + 1]);
+  if (!out->scene_path) return log_fail(log, STATUS_USAGE, "render: no scene: frugal render SCENE -o OUT");
+  if (out->list_cameras) return STATUS_OK;
   if (!out->output_path) return log_fail(log, STATUS_USAGE, "%s: no output: add -o picture.png", out->scene_path);
   if (!out->format) out->format = image_format_of(out->output_path);
   if (!out->format)
-    return log_fail(log, STATUS_USAGE, "%s: unknown kind of picture: end it in .png, .jpg, .exr or .hdr, or add --format",
+    return log_fail(log, STATUS_USAGE,
+                    "%s: unknown kind of picture: end it in .png, .jpg, .exr or .hdr, or add --format",
                     out->output_path);
-  if (out->picture.aovs && strcmp(out->format, "exr") != 0)
-    return log_fail(log, STATUS_USAGE, "%s: --aov needs a format with layers: use .exr", out->output_path);
+  TRY(format_check(out, log));
+  TRY(combination_check(out, log));
+  out->picture.opaque = out->background.kind != BACKGROUND_TRANSPARENT;
+  out->picture.has_background = out->background.kind == BACKGROUND_COLOR;
+  memcpy(out->picture.background, out->background.color, sizeof out->picture.background);
+  if (!out->picture.bit_depth) out->picture.bit_depth = 8;
+  if (!out->picture.quality) out->picture.quality = 95;
 
 done:
   return status;

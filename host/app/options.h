@@ -1,21 +1,53 @@
 // Command line of `frugal render`.
 #pragma once
 
+#include "app/command_line.h"
 #include "plan/plan.h"
 #include "render/picture.h"
 #include "scene/scene.h"
 
-typedef enum EnvironmentChoice { ENVIRONMENT_UNSET, ENVIRONMENT_NONE, ENVIRONMENT_SKY, ENVIRONMENT_COLOR, ENVIRONMENT_FILE } EnvironmentChoice;
+typedef enum EnvironmentChoice {
+  ENVIRONMENT_UNSET,
+  ENVIRONMENT_NONE,
+  ENVIRONMENT_SKY,
+  ENVIRONMENT_COLOR,
+  ENVIRONMENT_FILE
+} EnvironmentChoice;
+
+typedef struct EnvironmentSource {
+  EnvironmentChoice choice;
+  const char *text;  // as given: a path, for ENVIRONMENT_FILE
+  float color[3];    // linear
+} EnvironmentSource;
+
+typedef enum BackgroundKind { BACKGROUND_ENVIRONMENT, BACKGROUND_TRANSPARENT, BACKGROUND_COLOR } BackgroundKind;
+
+typedef struct Background {
+  BackgroundKind kind;
+  const char *text;  // as given; NULL: not given
+  float color[3];    // linear
+} Background;
+
+typedef struct ExposureChoice {
+  bool is_auto;
+  float ev;
+} ExposureChoice;
+
+// width 0: the whole picture.
+typedef struct Crop {
+  uint32_t x, y, width, height;
+} Crop;
 
 typedef struct RenderOptions {
   const char *scene_path, *output_path;
   const char *format;  // png, jpg, exr, hdr
   RenderSettings settings;
-  PictureOptions picture;
+  Crop crop;
+  PictureOptions picture;  // but for exposure and attributes
+  ExposureChoice exposure;
+  Background background;
   const char *camera;  // index, name, "fit"; NULL: the first camera, else fit
-  EnvironmentChoice environment;
-  const char *environment_path;
-  float environment_color[3];  // linear
+  EnvironmentSource environment;
   float environment_intensity;
   double environment_rotation_rad;
   bool key_light;
@@ -23,11 +55,15 @@ typedef struct RenderOptions {
   const char *device;
   uint32_t threads, seed;
   uint64_t max_memory_bytes, max_image_pixels;
-  bool profile, quiet, help;
+  bool overwrite, list_cameras;
+  bool profile, progress, quiet, verbose, help;
   const char *stats_path, *trace_path;
 } RenderOptions;
+
+extern const CommandLine render_command_line;
 
 // Fills *out from argv[1..]. Errors: STATUS_USAGE, with the nearest option or value named.
 Status render_options_parse(RenderOptions *out, int argc, char **argv, Log *log);
 
-extern const char render_usage[];
+// The part of the whole picture that is rendered.
+PictureArea render_area(const RenderOptions *options);

@@ -36,6 +36,14 @@ void log_info(Log *log, const char *format, ...)
   va_end(arguments);
 }
 
+void log_debug(Log *log, const char *format, ...)
+{
+  va_list arguments;
+  va_start(arguments, format);
+  log_send(log, LOG_DEBUG, format, arguments);
+  va_end(arguments);
+}
+
 Status log_no_memory(Log *log, const char *what)
 {
   return log_fail(log, STATUS_NO_MEMORY, "%s: out of memory: render a smaller scene or picture", what);

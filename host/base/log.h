@@ -21,8 +21,10 @@ typedef struct Log {
 // is not sent to the sink: whoever ends the work prints `error` once.
 Status log_fail(Log *log, Status status, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
-// Sends a warning or a note to the sink at once.
+// Sends a warning, a note, or a detail that only who asks wants to know, to the sink at once.
 void log_warn(Log *log, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void log_info(Log *log, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void log_debug(Log *log, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+// Records that there was no memory for `what`, and returns STATUS_NO_MEMORY.
 Status log_no_memory(Log *log, const char *what);

@@ -1,4 +1,5 @@
 #include "device/device_internal.h"
+#include "device/fault.h"
 
 static Status buffer_fail(Log *log, Device *device, const char *what, size_t bytes, cl_int error)
 {
@@ -9,15 +10,27 @@ static Status buffer_fail(Log *log, Device *device, const char *what, size_t byt
                   device->info.name, 1e-6 * (double)bytes, what, device_error_text(error), error);
 }
 
+// CL_OUT_OF_RESOURCES here is no lack of memory: drivers report by it that an earlier launch has crashed.
+static Status transfer_fail(Log *log, Device *device, const char *what, cl_int error)
+{
+  return log_fail(log, STATUS_DEVICE, "%s: %s failed (%s, %d): try another --device", device->info.name, what,
+                  device_error_text(error), error);
+}
+
 Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void *initial, const char *what, Log *log)
 {
   if (bytes > device->info.max_buffer_bytes)
-    return log_fail(log, STATUS_TOO_LARGE, "%s: %.1f MB for %s are over the largest buffer of %.1f MB: use another --device",
+    return log_fail(log, STATUS_TOO_LARGE,
+                    "%s: %.1f MB for %s are over the largest buffer of %.1f MB: use another --device",
                     device->info.name, 1e-6 * (double)bytes, what, 1e-6 * (double)device->info.max_buffer_bytes);
   bool copy = initial && bytes > 0;
   size_t allocated = bytes > 4 ? bytes : 4;
   cl_int error = CL_SUCCESS;
-  cl_mem memory = clCreateBuffer(device->context, CL_MEM_READ_WRITE, allocated, NULL, &error);
+  cl_mem memory = NULL;
+  if (fault_due("buffer"))
+    error = CL_MEM_OBJECT_ALLOCATION_FAILURE;
+  else
+    memory = clCreateBuffer(device->context, CL_MEM_READ_WRITE, allocated, NULL, &error);
   if (error == CL_SUCCESS && copy)
     error = clEnqueueWriteBuffer(device->queue, memory, CL_TRUE, 0, bytes, initial, 0, NULL, NULL);
   if (error != CL_SUCCESS) {
@@ -38,21 +51,25 @@ Status buffer_write(Device *device, DeviceBuffer *buffer, const void *from, size
 {
   if (bytes == 0) return STATUS_OK;
   cl_int error = clEnqueueWriteBuffer(device->queue, buffer->memory, CL_TRUE, 0, bytes, from, 0, NULL, NULL);
-  return error == CL_SUCCESS ? STATUS_OK : buffer_fail(log, device, "a transfer to the device", bytes, error);
+  return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "a transfer to it", error);
 }
 
 Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log)
 {
   if (buffer->bytes == 0) return STATUS_OK;
   cl_uint zero = 0;
-  cl_int error =
-      clEnqueueFillBuffer(device->queue, buffer->memory, &zero, sizeof zero, 0, buffer->bytes & ~(size_t)3, 0, NULL, NULL);
-  return error == CL_SUCCESS ? STATUS_OK : buffer_fail(log, device, "clearing a buffer", buffer->bytes, error);
+  cl_int error = clEnqueueFillBuffer(device->queue, buffer->memory, &zero, sizeof zero, 0, buffer->bytes & ~(size_t)3,
+                                     0, NULL, NULL);
+  return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "clearing a buffer", error);
 }
 
 Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log)
 {
   if (bytes == 0) return STATUS_OK;
-  cl_int error = clEnqueueReadBuffer(device->queue, buffer->memory, CL_TRUE, 0, bytes, to, 0, NULL, NULL);
-  return error == CL_SUCCESS ? STATUS_OK : buffer_fail(log, device, "a transfer from the device", bytes, error);
+  cl_int error = fault_due("read")
+                     ? CL_OUT_OF_RESOURCES
+                     : clEnqueueReadBuffer(device->queue, buffer->memory, CL_TRUE, 0, bytes, to, 0, NULL, NULL);
+  if (error != CL_SUCCESS) return transfer_fail(log, device, "a transfer from it", error);
+  if (fault_due("corrupt")) ((unsigned char *)to)[bytes > 3 ? 3 : 0] ^= 0x41;
+  return STATUS_OK;
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "device/device_internal.h"
+#include "device/kernel_cache.h"
 
 static const char *const no_device_hint = "install an OpenCL runtime, e.g. the package pocl-opencl-icd";
 
@@ -80,6 +81,7 @@ static Status candidates_find(Candidate **out, uint32_t *out_count, Log *log)
   uint32_t count = 0;
   cl_uint platform_count = 0;
   cl_platform_id platforms[32];
+  kernel_cache_prepare();
   if (clGetPlatformIDs(32, platforms, &platform_count) != CL_SUCCESS) platform_count = 0;
   for (cl_uint p = 0; p < platform_count && p < 32; p++) {
     cl_device_id ids[64];
@@ -204,6 +206,8 @@ Status device_open(Device **out, const char *choice, uint32_t threads, Timeline 
   TRY(candidates_find(&candidates, &count, log));
   TRY(candidate_choose(&chosen, candidates, count, choice, log));
   device->info = candidates[chosen].info;
+  if (device->info.is_pocl && kernel_cache_unusable())
+    log_info(log, "kernel cache: %s, so kernels are compiled on each run: set POCL_CACHE_DIR", kernel_cache_unusable());
   device->platform = candidates[chosen].platform;
   device->id = candidates[chosen].id;
   device->traits = traits_for(&device->info);

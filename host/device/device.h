@@ -10,12 +10,12 @@
 
 // How kernels are compiled for a class of device: what must differ between a CPU and a GPU, in one table (device.c).
 typedef struct DeviceTraits {
-  uint32_t lanes;          // LANES: rays or pixels that a work-item handles in one vector
-  uint32_t rays_per_item;  // RAYS_PER_ITEM: rays that a work-item loops over
-  uint32_t group_size;     // work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew)
-  uint32_t wave_rays;      // rays in flight: what a stream buffer holds
-  bool wide_bvh;           // incoherent rays walk a Bvh8
-  bool fast_fma;           // FAST_FMA: fused multiply-add is one instruction
+  uint32_t lanes;           // LANES: rays or pixels that a work-item handles in one vector
+  uint32_t rays_per_item;   // RAYS_PER_ITEM: rays that a work-item loops over
+  uint32_t group_size;      // work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew)
+  uint32_t wave_rays;       // rays in flight: what a stream buffer holds
+  bool wide_bvh;            // incoherent rays walk a Bvh8
+  bool fast_fma;            // FAST_FMA: fused multiply-add is one instruction
 } DeviceTraits;
 
 typedef struct DeviceInfo {

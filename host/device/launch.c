@@ -1,5 +1,6 @@
 #include "base/clock.h"
 #include "device/device_internal.h"
+#include "device/fault.h"
 
 static void pending_collect(Device *device)
 {
@@ -36,7 +37,7 @@ Status device_launch(Device *device, const Kernel *kernel, size_t work_items, ui
 {
   Status status = STATUS_OK;
   if (work_items == 0) return STATUS_OK;
-  cl_int error = CL_SUCCESS;
+  cl_int error = fault_due("launch") ? CL_OUT_OF_RESOURCES : CL_SUCCESS;
   for (size_t i = 0; i < arg_count && error == CL_SUCCESS; i++)
     error = clSetKernelArg(kernel->kernel, (cl_uint)i, args[i].bytes, args[i].value);
   if (device->timeline && device->pending_count == MAX_PENDING_SPANS) TRY(device_finish(device, log));

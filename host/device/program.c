@@ -1,10 +1,12 @@
 #include <errno.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/clock.h"
 #include "device/device_internal.h"
+#include "device/fault.h"
 #include "device/kernel_source.h"
 
 struct Program {
@@ -112,6 +114,7 @@ static Status build_fail(Log *log, Device *device, cl_program program, const cha
   if (whole) {
     clGetProgramBuildInfo(program, device->id, CL_PROGRAM_BUILD_LOG, size, whole, NULL);
     whole[size] = 0;
+    for (size_t end = strlen(whole); end > 0 && whole[end - 1] == '\n'; end--) whole[end - 1] = 0;
     snprintf(build_log, sizeof build_log, "%s", whole);
     free(whole);
   }
@@ -136,7 +139,13 @@ Status program_build(Program **out, Device *device, const char *path, const char
            device->traits.fast_fma ? "-D FAST_FMA " : "", device->traits.lanes, device->traits.rays_per_item, options);
   const char *text = expansion.text.bytes;
   program->program = clCreateProgramWithSource(device->context, 1, &text, NULL, &error);
-  if (error == CL_SUCCESS) error = clBuildProgram(program->program, 1, &device->id, all_options, NULL, NULL);
+  if (error == CL_SUCCESS && fault_due("build")) error = CL_BUILD_PROGRAM_FAILURE;
+  if (error == CL_SUCCESS) {
+    struct sigaction on_abort;  // PoCL's LLVM takes it over when it first builds, and keeps it
+    sigaction(SIGABRT, NULL, &on_abort);
+    error = clBuildProgram(program->program, 1, &device->id, all_options, NULL, NULL);
+    sigaction(SIGABRT, &on_abort, NULL);
+  }
   if (error != CL_SUCCESS) {
     status = build_fail(log, device, program->program, path, error);
     goto done;

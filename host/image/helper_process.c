@@ -155,7 +155,7 @@ Status helper_distrust(ImageHelper *helper, const char *name, Status failure, Lo
 Status helper_exchange(ImageHelper *helper, ImageRequest *request, int fd, uint64_t payload_bytes, ImageReply *reply,
                        int *reply_fd, const char *name, Status failure, Log *log)
 {
-  const char *role = request->operation == IMAGE_DECODE ? "decoder" : "encoder";
+  const char *role = request->operation == IMAGE_ENCODE ? "encoder" : "decoder";
   request->protocol = IMAGE_PROTOCOL;
   *reply_fd = -1;
 

@@ -15,8 +15,8 @@ struct ImageHelper {
   char program[PATH_MAX];
 };
 
-// Sends a request with the descriptor `fd` (left open) and waits for the reply, at most time_limit_ms plus 1 ms for each
-// 4 kB of `payload_bytes`. *reply_fd is the descriptor that came with it, or -1; the caller closes it.
+// Sends a request with the descriptor `fd` (left open) and waits for the reply, at most time_limit_ms plus 1 ms for
+// each 4 kB of `payload_bytes`. *reply_fd is the descriptor that came with it, or -1; the caller closes it.
 //
 // A helper found dead is started anew. One that dies of the request, outlasts the time or talks nonsense is buried, and
 // `failure` is returned with a message about `name`; a failure that the helper reports comes with its message.

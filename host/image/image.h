@@ -2,6 +2,7 @@
 // starts without its 260 shared libraries, and a hostile file can break nothing but the helper.
 #pragma once
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -37,6 +38,25 @@ void image_helper_stop(ImageHelper *helper);
 Status image_read(Image *out, ImageHelper *helper, ImageKind kind, const char *name, const void *bytes, size_t size,
                   Log *log);
 
+typedef enum ImageElement { IMAGE_UINT8, IMAGE_UINT16, IMAGE_UINT32, IMAGE_FLOAT } ImageElement;
+
+// Channels as the file holds them: no colour conversion, nothing repaired, nothing added.
+typedef struct ImageLayer {
+  uint32_t width, height;
+  uint32_t channels;  // of a picture: 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA; of a named channel: 1
+  ImageElement element;
+  bool is_display;  // PNG, JPEG: sRGB-encoded, straight alpha; else linear radiance, premultiplied
+  void *values;     // [height][width][channels]
+} ImageLayer;
+
+void image_layer_free(ImageLayer *layer);
+
+// Reads the picture of the file at `path`, or with `channel` not NULL the EXR channel of that name ("object.id").
+// Integers stay integers, half floats become floats. On failure *out is untouched.
+//
+// Errors: those of image_read; STATUS_BAD_IMAGE where there is no such channel, with those that there are.
+Status image_read_layer(ImageLayer *out, ImageHelper *helper, const char *path, const char *channel, Log *log);
+
 // One output channel group: what an EXR calls a layer, e.g. {"R","G","B","A"} or {"depth.Z"}.
 typedef struct ImageChannels {
   const char *names[4];
@@ -50,8 +70,9 @@ typedef struct ImageAttribute {
   const char *name, *value;
 } ImageAttribute;
 
-// A picture to write. PNG and JPEG take one group of floats in [0, 1] that are display-encoded (sRGB, straight alpha) and
-// quantise it with rounding; HDR takes one group of linear radiance; EXR takes any number of groups of either type.
+// A picture to write. PNG and JPEG take one group of floats in [0, 1] that are display-encoded (sRGB, straight alpha)
+// and quantise it with rounding; HDR takes one group of linear radiance; EXR takes any number of groups of either
+// type.
 typedef struct ImageOutput {
   uint32_t width, height;
   const ImageChannels *groups;
@@ -72,6 +93,9 @@ Status image_write(ImageHelper *helper, const char *path, const char *format, co
 
 // "png", "jpg", "exr" or "hdr" for a path by its ending; NULL for another.
 const char *image_format_of(const char *path);
+
+// Is `compression` one that the format ("png", "exr", ...) knows? NULL, the default, always is.
+bool image_compression_is_known(const char *format, const char *compression);
 
 // Removes the temporary files of writes under way. For a signal handler that is about to end the program:
 // async-signal-safe.

@@ -48,6 +48,12 @@ static bool compression_is_known(ImageFormat format, const char *compression)
   return format == IMAGE_JPEG || format == IMAGE_HDR;
 }
 
+bool image_compression_is_known(const char *format, const char *compression)
+{
+  const struct FormatName *found = format_find(format);
+  return found && compression_is_known(found->format, compression);
+}
+
 static Status output_check(const ImageOutput *output, ImageFormat format, const char *path, Log *log)
 {
   const char *fault = NULL;
@@ -185,12 +191,37 @@ static Status request_fill(ImageRequest *request, int *fd, const ImageOutput *ou
   return STATUS_OK;
 }
 
-static Status output_file_copy(OutputFile *file, int fd, Log *log)
+// OpenImageIO gives a Radiance header no attributes: ours go behind its first line, the one of the program's command
+// line as it is, which is the format's custom. *done becomes how much of the encoded file they stand for.
+// From: Ward, "The RADIANCE Picture File Format", 1992 (header variables).
+static Status hdr_header_write(OutputFile *file, off_t *done, int fd, const ImageOutput *output, Log *log)
+{
+  static const char first_line[] = "#?RADIANCE\n",
+                    rec_709[] = "PRIMARIES=0.64 0.33 0.30 0.60 0.15 0.06 0.3127 0.3290\n";
+  enum { FIRST_LINE_BYTES = sizeof first_line - 1 };
+  Status status = STATUS_OK;
+  char line[FIRST_LINE_BYTES];
+  if (pread(fd, line, sizeof line, 0) != sizeof line || memcmp(line, first_line, sizeof line) != 0) return STATUS_OK;
+  TRY(output_file_write(file, first_line, FIRST_LINE_BYTES, log));
+  TRY(output_file_write(file, rec_709, sizeof rec_709 - 1, log));
+  for (uint32_t i = 0; i < output->attribute_count; i++) {
+    const ImageAttribute *attribute = &output->attributes[i];
+    if (!strcmp(attribute->name, "Software")) TRY(output_file_write(file, "SOFTWARE=", 9, log));
+    TRY(output_file_write(file, attribute->value, strlen(attribute->value), log));
+    TRY(output_file_write(file, "\n", 1, log));
+  }
+  *done = FIRST_LINE_BYTES;
+
+done:
+  return status;
+}
+
+// From byte `done` on.
+static Status output_file_copy(OutputFile *file, int fd, off_t done, Log *log)
 {
   enum { CHUNK_BYTES = 1 << 18 };
   Status status = STATUS_OK;
   ssize_t got;
-  off_t done = 0;
   char *chunk = malloc(CHUNK_BYTES);
   if (!chunk) return log_no_memory(log, file->path);
   while ((got = pread(fd, chunk, CHUNK_BYTES, done)) != 0) {
@@ -214,6 +245,7 @@ Status image_write(ImageHelper *helper, const char *path, const char *format, co
 {
   Status status = STATUS_OK;
   int pixels_fd = -1, encoded_fd = -1;
+  off_t written = 0;
   OutputFile file = {.fd = -1, .slot = -1};
   ImageRequest request;
   ImageReply reply;
@@ -226,7 +258,8 @@ Status image_write(ImageHelper *helper, const char *path, const char *format, co
   TRY(output_file_open(&file, path, log));
   TRY(request_fill(&request, &pixels_fd, output, found->format, path, log));
   TRY(helper_exchange(helper, &request, pixels_fd, request.pixel_bytes, &reply, &encoded_fd, path, STATUS_OUTPUT, log));
-  TRY(output_file_copy(&file, encoded_fd, log));
+  if (found->format == IMAGE_HDR) TRY(hdr_header_write(&file, &written, encoded_fd, output, log));
+  TRY(output_file_copy(&file, encoded_fd, written, log));
   TRY(output_file_commit(&file, log));
 
 done:

@@ -52,6 +52,12 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
                          ARG_BUFFER(shader->counts)),
                     log));
   if (spawns) TRY(buffer_read(device, &shader->counts, counts, STREAM_COUNTS * sizeof *counts, log));
+  for (int i = 0; i < STREAM_COUNTS; i++)
+    if (counts[i] > count) {
+      status = log_fail(log, STATUS_DEVICE, "%s: says that %u rays spawned %u: it computes wrong: try another --device",
+                        device_info(device)->name, count, counts[i]);
+      goto done;
+    }
 
 done:
   return status;

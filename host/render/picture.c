@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/exposure.h"
 #include "shared/aov.h"
 
 uint32_t aov_set_of(uint32_t names)
@@ -17,19 +18,19 @@ uint32_t aov_set_of(uint32_t names)
 
 // Everything that a picture's groups point into.
 typedef struct PictureData {
-  float *picture;                         // [pixels][4]
-  float *values;                          // [AOV_VALUE_PLANES][pixels]
-  uint32_t *ids;                          // [AOV_ID_PLANES][pixels]
+  float *picture;                          // [pixels][4]
+  float *values;                           // [AOV_VALUE_PLANES][pixels]
+  uint32_t *ids;                           // [AOV_ID_PLANES][pixels]
   float *direct, *lit, *own, *unshadowed;  // [pixels][4]
-  float *normals, *albedos, *positions;   // [pixels][3]
-  float *shadows;                         // [pixels]
+  float *normals, *albedos, *positions;    // [pixels][3]
+  float *shadows;                          // [pixels]
   ImageChannels groups[16];
   uint32_t group_count;
 } PictureData;
 
 static void picture_data_free(PictureData *data)
 {
-  void *arrays[] = {data->picture, data->values,  data->ids,     data->direct,    data->lit,       data->own,
+  void *arrays[] = {data->picture,    data->values,  data->ids,     data->direct,    data->lit,    data->own,
                     data->unshadowed, data->normals, data->albedos, data->positions, data->shadows};
   for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
 }
@@ -52,7 +53,8 @@ static Status aov_surface_groups(PictureData *data, Frame *frame, uint32_t names
   data->values = malloc(pixels * AOV_VALUE_PLANES * sizeof *data->values);
   data->ids = malloc(pixels * AOV_ID_PLANES * sizeof *data->ids);
   if (!data->values || !data->ids) return log_no_memory(log, "AOVs");
-  TRY(buffer_read(frame->device, &frame->film.aov_values, data->values, pixels * AOV_VALUE_PLANES * sizeof(float), log));
+  TRY(buffer_read(frame->device, &frame->film.aov_values, data->values, pixels * AOV_VALUE_PLANES * sizeof(float),
+                  log));
   TRY(buffer_read(frame->device, &frame->film.aov_ids, data->ids, pixels * AOV_ID_PLANES * sizeof(uint32_t), log));
   data->positions = planes_interleave(data->values + AOV_POSITION * pixels, pixels, 1);
   data->normals = planes_interleave(data->values + AOV_NORMAL * pixels, pixels, scale);
@@ -61,12 +63,16 @@ static Status aov_surface_groups(PictureData *data, Frame *frame, uint32_t names
   if (names & AOV_NAME_DEPTH) group_add(data, (ImageChannels){{"depth.Z"}, 1, 1, data->values + AOV_DEPTH * pixels, 0});
   if (names & AOV_NAME_POSITION)
     group_add(data, (ImageChannels){{"position.X", "position.Y", "position.Z"}, 3, 3, data->positions, 0});
-  if (names & AOV_NAME_NORMAL) group_add(data, (ImageChannels){{"normal.X", "normal.Y", "normal.Z"}, 3, 3, data->normals, 0});
-  if (names & AOV_NAME_ALBEDO) group_add(data, (ImageChannels){{"albedo.R", "albedo.G", "albedo.B"}, 3, 3, data->albedos, 0});
-  if (names & AOV_NAME_OBJECT) group_add(data, (ImageChannels){{"object.id"}, 1, 1, data->ids + AOV_OBJECT * pixels, 1});
+  if (names & AOV_NAME_NORMAL)
+    group_add(data, (ImageChannels){{"normal.X", "normal.Y", "normal.Z"}, 3, 3, data->normals, 0});
+  if (names & AOV_NAME_ALBEDO)
+    group_add(data, (ImageChannels){{"albedo.R", "albedo.G", "albedo.B"}, 3, 3, data->albedos, 0});
+  if (names & AOV_NAME_OBJECT)
+    group_add(data, (ImageChannels){{"object.id"}, 1, 1, data->ids + AOV_OBJECT * pixels, 1});
   if (names & AOV_NAME_PRIMITIVE)
     group_add(data, (ImageChannels){{"primitive.id"}, 1, 1, data->ids + AOV_PRIMITIVE * pixels, 1});
-  if (names & AOV_NAME_MATERIAL) group_add(data, (ImageChannels){{"material.id"}, 1, 1, data->ids + AOV_MATERIAL * pixels, 1});
+  if (names & AOV_NAME_MATERIAL)
+    group_add(data, (ImageChannels){{"material.id"}, 1, 1, data->ids + AOV_MATERIAL * pixels, 1});
 
 done:
   return status;
@@ -117,13 +123,63 @@ done:
   return status;
 }
 
-Status picture_write(Frame *frame, const PictureOptions *options, ImageHelper *images, const char *path, const char *format,
-                     Log *log)
+uint64_t picture_memory_bytes(const PictureArea *area, uint32_t aovs)
+{
+  enum { FLOAT4 = 16, PICTURE = 5 * FLOAT4, SURFACE = 3 * 4 * (AOV_VALUE_PLANES + AOV_ID_PLANES), SHADOW = 7 * FLOAT4 };
+  uint32_t set = aov_set_of(aovs);
+  uint64_t pixel_bytes =
+      PICTURE + (set & AOV_SET_SURFACE ? SURFACE : 0) + (set & (AOV_SET_SHADOW | AOV_SET_REFLECTION) ? SHADOW : 0);
+  return (uint64_t)area->width * area->height * pixel_bytes;
+}
+
+static size_t pixel_count(const Frame *frame) { return (size_t)frame->camera.info.width * frame->camera.info.height; }
+
+Status picture_auto_exposure(float *ev, Frame *frame, Log *log)
+{
+  Status status = STATUS_OK;
+  float *sums = NULL;
+  size_t pixels = pixel_count(frame);
+  TRY(sums_read(&sums, frame, &frame->film.sums, pixels, log));
+  LightMeter meter = light_meter_read(sums, pixels, frame->request.samples);
+  *ev = light_meter_exposure_ev(&meter);
+  if (!meter.lit_pixels) log_warn(log, "--exposure auto: nothing in view is lit: exposure 0 is taken");
+
+done:
+  free(sums);
+  return status;
+}
+
+// A line about a picture in which nothing can be made out.
+static Status picture_check(Frame *frame, const float *picture, const char *path, Log *log)
+{
+  Status status = STATUS_OK;
+  float *sums = NULL;
+  size_t pixels = pixel_count(frame);
+  uint32_t samples = frame->request.samples;
+  TRY(sums_read(&sums, frame, &frame->film.sums, pixels, log));
+  PictureVerdict verdict = picture_judge(picture, sums, pixels, samples);
+  if (verdict == PICTURE_FINE) goto done;
+  LightMeter meter = light_meter_read(sums, pixels, samples);
+  if (verdict == PICTURE_EMPTY)
+    log_warn(log, "%s: shows no surface: try --camera fit", path);
+  else if (!meter.lit_pixels)
+    log_warn(log, "%s: comes out black, for no light reaches what is in view: try --environment sky", path);
+  else
+    log_warn(log, "%s: comes out %s: try --exposure %.2f", path, verdict == PICTURE_BLACK ? "black" : "blown out",
+             (double)light_meter_exposure_ev(&meter));
+
+done:
+  free(sums);
+  return status;
+}
+
+Status picture_write(Frame *frame, const PictureOptions *options, ImageHelper *images, const char *path,
+                     const char *format, Log *log)
 {
   Status status = STATUS_OK;
   PictureData data = {0};
   const CameraInfo *camera = &frame->camera.info;
-  size_t pixels = (size_t)camera->width * camera->height;
+  size_t pixels = pixel_count(frame);
   if (!format) format = image_format_of(path);
   if (!format) return log_fail(log, STATUS_USAGE, "%s: unknown kind of picture: use .png, .jpg, .exr or .hdr", path);
   bool exr = !strcmp(format, "exr"), linear = exr || !strcmp(format, "hdr");
@@ -132,9 +188,12 @@ Status picture_write(Frame *frame, const PictureOptions *options, ImageHelper *i
   ResolveInfo resolve = {
       .pixel_count = (uint32_t)pixels,
       .scale = exp2f(options->exposure_ev) / (float)frame->request.samples,
+      .coverage_scale = 1.0f / (float)frame->request.samples,
       .tone = options->tone,
       .display = !linear,
       .opaque = options->opaque,
+      .has_background = options->has_background,
+      .background = {options->background[0], options->background[1], options->background[2]},
   };
   data.picture = malloc(pixels * 4 * sizeof *data.picture);
   if (!data.picture) {
@@ -142,6 +201,7 @@ Status picture_write(Frame *frame, const PictureOptions *options, ImageHelper *i
     goto done;
   }
   TRY(film_resolve(&frame->film, frame->device, &frame->film.sums, &resolve, data.picture, log));
+  if (!linear) TRY(picture_check(frame, data.picture, path, log));
   bool alpha = exr || (!options->opaque && !strcmp(format, "png"));
   group_add(&data, (ImageChannels){{"R", "G", "B", "A"}, alpha ? 4 : 3, 4, data.picture, 0});
   if (frame->request.aovs & AOV_SET_SURFACE) TRY(aov_surface_groups(&data, frame, options->aovs, pixels, log));

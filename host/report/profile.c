@@ -1,9 +1,9 @@
 #include "report/profile.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
+
+#include "image/output_file.h"
 
 typedef struct Row {
   const char *name;
@@ -86,25 +86,16 @@ done:
 Status json_write(const char *path, const json_t *value, Log *log)
 {
   Status status = STATUS_OK;
-  char temporary[4096];
-  FILE *file = NULL;
+  OutputFile file = {.fd = -1, .slot = -1};
   char *text = value ? json_dumps(value, JSON_INDENT(2)) : NULL;
   if (!text) return log_no_memory(log, path);
-  if (!strcmp(path, "-")) {
-    puts(text);
-    goto done;
-  }
-  snprintf(temporary, sizeof temporary, "%s.%ld.tmp", path, (long)getpid());
-  file = fopen(temporary, "w");
-  bool failed = !file || fprintf(file, "%s\n", text) < 0;
-  if (file && fclose(file) != 0) failed = true;
-  if (!failed && rename(temporary, path) != 0) failed = true;
-  if (failed) {
-    status = log_fail(log, STATUS_OUTPUT, "%s: %s: choose a folder that can be written", path, strerror(errno));
-    remove(temporary);
-  }
+  TRY(output_file_open(&file, path, log));
+  TRY(output_file_write(&file, text, strlen(text), log));
+  TRY(output_file_write(&file, "\n", 1, log));
+  TRY(output_file_commit(&file, log));
 
 done:
+  if (status) output_file_discard(&file);
   free(text);
   return status;
 }

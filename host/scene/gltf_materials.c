@@ -17,25 +17,6 @@ static void slots_of(TextureSlot *out[SLOT_COUNT], Material *material)
   out[4] = &material->occlusion_slot;
 }
 
-static Material material_default(void)
-{
-  TextureSlot none = {.texture = NONE, .uv_from_uv = {1, 0, 0, 0, 1, 0}};
-  return (Material){
-      .name = "default",
-      .base_color = {1, 1, 1, 1},
-      .metallic = 1,
-      .roughness = 1,
-      .alpha_cutoff = 0.5f,
-      .normal_scale = 1,
-      .occlusion_strength = 1,
-      .base_color_slot = none,
-      .metallic_roughness_slot = none,
-      .emission_slot = none,
-      .normal_slot = none,
-      .occlusion_slot = none,
-  };
-}
-
 static float clamped(float x, float low, float high) { return fminf(fmaxf(x, low), high); }
 
 // Into the ranges that glTF's schema gives; what is beyond a float's range is the largest float.

@@ -21,6 +21,25 @@ static void mesh_free(Mesh *mesh)
   free(mesh->name);
 }
 
+Material material_default(void)
+{
+  TextureSlot none = {.texture = NONE, .uv_from_uv = {1, 0, 0, 0, 1, 0}};
+  return (Material){
+      .name = "default",
+      .base_color = {1, 1, 1, 1},
+      .metallic = 1,
+      .roughness = 1,
+      .alpha_cutoff = 0.5f,
+      .normal_scale = 1,
+      .occlusion_strength = 1,
+      .base_color_slot = none,
+      .metallic_roughness_slot = none,
+      .emission_slot = none,
+      .normal_slot = none,
+      .occlusion_slot = none,
+  };
+}
+
 void scene_free(Scene *scene)
 {
   for (uint32_t i = 0; i < scene->image_count; i++) image_free(&scene->images[i]);

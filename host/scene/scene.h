@@ -125,6 +125,9 @@ typedef struct Scene {
 void scene_free(Scene *scene);
 void primitive_free(Primitive *primitive);
 
+// glTF's default material: white, metallic 1, roughness 1, without textures. Its name is static, not to be freed.
+Material material_default(void);
+
 // Triangles drawn: the sum over objects.
 uint64_t scene_triangle_count(const Scene *scene);
 

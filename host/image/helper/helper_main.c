@@ -36,7 +36,9 @@ static void memory_limit(uint64_t bytes)
   struct rlimit limit;
   getrlimit(RLIMIT_AS, &limit);
   limit.rlim_cur = bytes < limit.rlim_max ? bytes : limit.rlim_max;
+#ifndef __SANITIZE_ADDRESS__  // its shadow memory is address space as well, terabytes of it
   setrlimit(RLIMIT_AS, &limit);
+#endif
 }
 
 static float linear_from_srgb(float v) { return v <= 0.04045f ? v / 12.92f : powf((v + 0.055f) / 1.055f, 2.4f); }
@@ -57,50 +59,88 @@ static void radiance_clean(float *pixels, uint64_t count, bool is_srgb, ImageRep
   }
 }
 
+// The file behind `fd` in memory; *bytes stays MAP_FAILED where it is empty. The caller unmaps it.
+static Status file_map(uint8_t **bytes, size_t *size, int fd, Log *log)
+{
+  struct stat file = {0};
+  if (fstat(fd, &file) != 0 || file.st_size <= 0) return STATUS_OK;
+  *size = (size_t)file.st_size;
+  *bytes = mmap(NULL, *size, PROT_READ, MAP_PRIVATE, fd, 0);
+  if (*bytes == MAP_FAILED) return log_fail(log, STATUS_NO_MEMORY, "%zu bytes: the file is too large to map", *size);
+  return STATUS_OK;
+}
+
+static Status values_map(void **values, int *fd, size_t size, const ImageReply *reply, Log *log)
+{
+  *fd = memfd_create("pixels", MFD_CLOEXEC);
+  if (*fd >= 0 && ftruncate(*fd, (off_t)size) == 0)
+    *values = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_SHARED, *fd, 0);
+  if (*values == MAP_FAILED)
+    return log_fail(log, STATUS_NO_MEMORY, "%u x %u pixels: out of memory", reply->width, reply->height);
+  return STATUS_OK;
+}
+
+// Pixels for image_read: RGBA of one kind, cleaned where it is radiance.
+static Status image_decode(ImageReply *reply, int *pixels_fd, OiioInput *input, ImageKind kind, bool is_srgb, Log *log)
+{
+  Status status = STATUS_OK;
+  void *pixels = MAP_FAILED;
+  uint64_t count = (uint64_t)reply->width * reply->height;
+  size_t bytes = count * (kind == IMAGE_TEXTURE ? 4 : 4 * sizeof(float));
+  if (kind == IMAGE_TEXTURE && !is_srgb)
+    return log_fail(log, STATUS_BAD_IMAGE, "holds radiance, not a texture: convert it to PNG or JPEG");
+  TRY(values_map(&pixels, pixels_fd, bytes, reply, log));
+  TRY(oiio_decode(input, kind, pixels, log));
+  if (kind == IMAGE_RADIANCE) radiance_clean(pixels, count, is_srgb, reply);
+
+done:
+  if (pixels != MAP_FAILED) munmap(pixels, bytes);
+  return status;
+}
+
+// Values for image_read_layer.
+static Status layer_decode(ImageReply *reply, int *values_fd, OiioInput *input, const char *channel, bool is_srgb,
+                           Log *log)
+{
+  Status status = STATUS_OK;
+  OiioLayer layer;
+  void *values = MAP_FAILED;
+  size_t bytes = 0;
+  TRY(oiio_layer_find(&layer, input, channel, log));
+  bytes = (size_t)reply->width * reply->height * layer.channels * image_element_bytes(layer.element);
+  reply->channels = layer.channels;
+  reply->element = layer.element;
+  reply->is_display = is_srgb;
+  TRY(values_map(&values, values_fd, bytes, reply, log));
+  TRY(oiio_layer_decode(input, &layer, values, log));
+
+done:
+  if (values != MAP_FAILED) munmap(values, bytes);
+  return status;
+}
+
 static Status decode(ImageReply *reply, int *pixels_fd, const ImageRequest *request, int fd, Log *log)
 {
   Status status = STATUS_OK;
-  struct stat file = {0};
   uint8_t *bytes = MAP_FAILED;
-  void *pixels = MAP_FAILED;
-  size_t file_bytes = 0, pixel_bytes = 0;
+  size_t file_bytes = 0;
   OiioInput *input = NULL;
   ImageFormat format = IMAGE_PNG;
 
   memory_limit(BASE_BYTES + DECODE_BYTES_PER_PIXEL * request->max_pixels);
-  if (fstat(fd, &file) == 0 && file.st_size > 0) {
-    file_bytes = (size_t)file.st_size;
-    bytes = mmap(NULL, file_bytes, PROT_READ, MAP_PRIVATE, fd, 0);
-    if (bytes == MAP_FAILED) {
-      status = log_fail(log, STATUS_NO_MEMORY, "%zu bytes: the file is too large to map", file_bytes);
-      goto done;
-    }
-  }
+  TRY(file_map(&bytes, &file_bytes, fd, log));
   TRY(signature_check(&format, bytes, file_bytes, request->max_pixels, log));
   bool is_srgb = format == IMAGE_PNG || format == IMAGE_JPEG;
-  if (request->kind == IMAGE_TEXTURE && !is_srgb) {
-    status = log_fail(log, STATUS_BAD_IMAGE, "holds radiance, not a texture: convert it to PNG or JPEG");
-    goto done;
-  }
-
   TRY(oiio_open(&input, &reply->width, &reply->height, format, fd_path(fd).text, log));
   TRY(pixel_count_check(reply->width, reply->height, request->max_pixels, log));
-  uint64_t count = (uint64_t)reply->width * reply->height;
-  pixel_bytes = count * (request->kind == IMAGE_TEXTURE ? 4 : 4 * sizeof(float));
-  *pixels_fd = memfd_create("pixels", MFD_CLOEXEC);
-  if (*pixels_fd >= 0 && ftruncate(*pixels_fd, (off_t)pixel_bytes) == 0)
-    pixels = mmap(NULL, pixel_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, *pixels_fd, 0);
-  if (pixels == MAP_FAILED) {
-    status = log_fail(log, STATUS_NO_MEMORY, "%u x %u pixels: out of memory", reply->width, reply->height);
-    goto done;
-  }
-  TRY(oiio_decode(input, request->kind, pixels, log));
-  if (request->kind == IMAGE_RADIANCE) radiance_clean(pixels, count, is_srgb, reply);
+  if (request->operation == IMAGE_DECODE_LAYER)
+    TRY(layer_decode(reply, pixels_fd, input, request->channel, is_srgb, log));
+  else
+    TRY(image_decode(reply, pixels_fd, input, request->kind, is_srgb, log));
 
 done:
   oiio_close(input);
   if (bytes != MAP_FAILED) munmap(bytes, file_bytes);
-  if (pixels != MAP_FAILED) munmap(pixels, pixel_bytes);
   return status;
 }
 
@@ -173,8 +213,8 @@ int main(void)
     int fd, result_fd = -1;
     ssize_t length = message_receive(STDIN_FILENO, &request, sizeof request, &fd);
     if (length != sizeof request || request.protocol != IMAGE_PROTOCOL || fd < 0) _exit(length == 0 ? 0 : 2);
-    reply.status = request.operation == IMAGE_DECODE ? decode(&reply, &result_fd, &request, fd, &log)
-                                                     : encode(&result_fd, &request, fd, &log);
+    reply.status = request.operation == IMAGE_ENCODE ? encode(&result_fd, &request, fd, &log)
+                                                     : decode(&reply, &result_fd, &request, fd, &log);
     message_clean(reply.message, sizeof reply.message, log.error);
     if (!message_send(STDIN_FILENO, &reply, sizeof reply, reply.status ? -1 : result_fd)) _exit(0);
     close(fd);

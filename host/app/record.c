@@ -1,0 +1,117 @@
+#include "app/record.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/app.h"
+#include "report/profile.h"
+
+static const char *base_name(const char *path)
+{
+  const char *slash = strrchr(path, '/');
+  return slash ? slash + 1 : path;
+}
+
+static const char *const tone_names[] = {"none", "filmic", "pbr-neutral"};
+
+// A word as a shell reads it.
+static void word_record(FILE *out, const char *option, const char *word)
+{
+  fprintf(out, " %s%s", option, *option ? " " : "");
+  bool is_plain =
+      *word && strspn(word, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./+-@%,:=") == strlen(word);
+  if (is_plain) {
+    fputs(word, out);
+    return;
+  }
+  fputc('\'', out);
+  for (; *word; word++) fputs(*word == '\'' ? "'\\''" : (char[]){*word, 0}, out);
+  fputc('\'', out);
+}
+
+static void environment_record(FILE *out, const RenderOptions *options)
+{
+  const EnvironmentSource *source = &options->environment;
+  if (source->choice == ENVIRONMENT_FILE)
+    word_record(out, "--environment", base_name(source->text));
+  else if (source->choice != ENVIRONMENT_UNSET)
+    word_record(out, "--environment", source->text);
+  if (options->environment_rotation_rad != 0)
+    fprintf(out, " --environment-rotation %g", options->environment_rotation_rad * 180 / M_PI);
+  if (options->environment_intensity != 1)
+    fprintf(out, " --environment-intensity %g", (double)options->environment_intensity);
+  if (!options->key_light) fputs(" --no-key-light", out);
+}
+
+Status record_make(char **out, const RenderOptions *options, const Camera *camera, float exposure_ev,
+                   const DeviceInfo *device, Log *log)
+{
+  char *text = NULL;
+  size_t size = 0;
+  FILE *stream = open_memstream(&text, &size);
+  if (!stream) return log_no_memory(log, options->output_path);
+  const RenderSettings *settings = &options->settings;
+  const Crop *crop = &options->crop;
+  fputs("frugal render", stream);
+  word_record(stream, "", base_name(options->scene_path));
+  fprintf(stream, " --size %ux%u", settings->width, settings->height);
+  if (crop->width) fprintf(stream, " --crop %u,%u,%u,%u", crop->x, crop->y, crop->width, crop->height);
+  fprintf(stream, " --samples %u --camera %s", settings->samples,
+          options->camera ? options->camera
+          : camera->name  ? "0"
+                          : "fit");
+  environment_record(stream, options);
+  word_record(stream, "--background", options->background.text ? options->background.text : "environment");
+  fprintf(stream, " --exposure %.7g --tone-map %s", (double)exposure_ev, tone_names[options->picture.tone]);
+  if (settings->lighting == LIGHTING_PHONG)
+    fprintf(stream, " --lighting phong --ambient %g", (double)settings->ambient);
+  else
+    fputs(" --lighting pbr", stream);
+  fprintf(stream, " --primary rays --shadows %s --reflections %s --max-depth %u --max-roughness 0 --seed %u",
+          settings->shadows == SHADOWS_RAYS ? "rays" : "none",
+          settings->reflections == REFLECTIONS_RAYS ? "rays" : "none", settings->max_depth, options->seed);
+  fprintf(stream, "; on %s, %s, driver %s", device->name, device->platform, device->driver);
+  if (fclose(stream) != 0) {
+    free(text);
+    return log_no_memory(log, options->output_path);
+  }
+  for (char *c = text; *c; c++)
+    if ((unsigned char)*c < ' ') *c = '?';  // a file's name may hold anything, a header's line may not
+  *out = text;
+  return STATUS_OK;
+}
+
+json_t *record_stats(const RecordSources *sources)
+{
+  const RenderOptions *options = sources->options;
+  const DeviceScene *scene = sources->scene;
+  const Plan *plan = sources->plan;
+  const DeviceInfo *device = device_info(sources->device);
+  PictureArea area = render_area(options);
+  json_t *stats =
+      json_pack("{s:s, s:o, s:o, s:o}", "version", FRUGAL_VERSION, "scene", app_json_text(options->scene_path),
+                "output", app_json_text(options->output_path), "settings", app_json_text(sources->record));
+  json_t *parts[] = {
+      json_pack("{s:s, s:s, s:s, s:i}", "name", device->name, "platform", device->platform, "driver", device->driver,
+                "lanes", (int)device_traits(sources->device)->lanes),
+      json_pack("[i,i]", (int)area.width, (int)area.height),
+      json_integer(options->settings.samples),
+      json_real((double)sources->exposure_ev),
+      json_pack("{s:I, s:I, s:I, s:I}", "triangles", (json_int_t)scene->triangle_count, "objects",
+                (json_int_t)scene->object_count, "materials", (json_int_t)scene->material_count, "lights",
+                (json_int_t)scene->light_count),
+      json_pack("{s:s, s:s, s:s, s:s, s:i, s:b}", "lighting", plan->lighting == LIGHTING_PHONG ? "phong" : "pbr",
+                "primary", "rays", "shadows", plan->shadow_rays ? "rays" : "none", "reflections",
+                plan->reflected_rays ? "rays" : "none", "max_depth", (int)plan->max_depth, "environment_light",
+                (int)plan->environment_light),
+      profile_json(sources->timeline),
+      json_real(sources->total_ms),
+  };
+  static const char *const keys[] = {"device", "size", "samples", "exposure", "counts", "plan", "passes", "total_ms"};
+  bool failed = !stats;
+  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+    failed |= json_object_set_new(stats, keys[i], parts[i]) != 0;
+  if (!failed) return stats;
+  json_decref(stats);
+  return NULL;
+}

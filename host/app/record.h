@@ -1,0 +1,27 @@
+// What a picture was made of and how: in the picture's metadata, for --stats, for -v.
+#pragma once
+
+#include <jansson.h>
+
+#include "app/options.h"
+#include "device_scene/device_scene.h"
+
+// One line that reads as the options that make the picture again, whatever was left to defaults spelt out: scene and
+// environment file without their folders, the exposure that was used, what the device is. *out is freed by the caller.
+// Errors: STATUS_NO_MEMORY.
+Status record_make(char **out, const RenderOptions *options, const Camera *camera, float exposure_ev,
+                   const DeviceInfo *device, Log *log);
+
+typedef struct RecordSources {
+  const RenderOptions *options;
+  const char *record;  // of record_make
+  float exposure_ev;
+  const DeviceScene *scene;
+  Device *device;
+  const Plan *plan;
+  const Timeline *timeline;
+  double total_ms;
+} RecordSources;
+
+// What --stats writes; NULL when out of memory.
+json_t *record_stats(const RecordSources *sources);
