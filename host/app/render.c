@@ -12,6 +12,7 @@
 #include "app/record.h"
 #include "base/clock.h"
 #include "base/parallel.h"
+#include "render/warm_up.h"
 #include "report/profile.h"
 #include "scene/gltf.h"
 #include "scene/scene_defaults.h"
@@ -24,6 +25,7 @@ typedef struct Job {
   ImageHelper *images;
   Scene scene;
   Camera camera;
+  WarmUp *warm_up;
   Device *device;
   DeviceScene device_scene;
   Frame frame;
@@ -40,6 +42,7 @@ static void job_free(Job *job)
 {
   frame_free(&job->frame);
   device_scene_free(&job->device_scene);
+  warm_up_end(job->warm_up);
   device_close(job->device);
   scene_free(&job->scene);
   image_helper_stop(job->images);
@@ -100,12 +103,20 @@ done:
   return status;
 }
 
+static void structure_known(void *job, const Scene *scene)
+{
+  if (((Job *)job)->warm_up) warm_up_scene(((Job *)job)->warm_up, scene);
+}
+
 static Status scene_read(Job *job)
 {
   Status status = STATUS_OK;
   const RenderOptions *options = &job->options;
-  GltfOptions gltf = {
-      .scene = NONE, .allow_outside = options->allow_outside, .max_memory_bytes = options->max_memory_bytes};
+  GltfOptions gltf = {.scene = NONE,
+                      .allow_outside = options->allow_outside,
+                      .max_memory_bytes = options->max_memory_bytes,
+                      .structure_known = structure_known,
+                      .context = job};
   double begin_ms = clock_ms();
   TRY(gltf_read(&job->scene, options->scene_path, &gltf, job->images, job->log));
   if (options->list_cameras) goto done;
@@ -208,14 +219,20 @@ done:
   return status;
 }
 
+static Status device_warm_up(Job *job)
+{
+  const RenderOptions *options = &job->options;
+  bool timed = options->profile || options->stats_path || options->trace_path;
+  return warm_up_start(&job->warm_up, options->device, options->threads, timed ? &job->timeline : NULL, job->log);
+}
+
 static Status picture_render(Job *job)
 {
   Status status = STATUS_OK;
   const RenderOptions *options = &job->options;
-  bool timed = options->profile || options->stats_path || options->trace_path;
   double begin_ms = clock_ms();
-  TRY(device_open(&job->device, options->device, options->threads, timed ? &job->timeline : NULL, job->log));
-  timeline_end(&job->timeline, "open the device", begin_ms);
+  TRY(warm_up_device(&job->device, job->warm_up, job->log));
+  timeline_end(&job->timeline, "wait for the device", begin_ms);
   const DeviceInfo *device = device_info(job->device);
   log_debug(job->log, "%s: on %s, %s, driver %s", options->output_path, device->name, device->platform, device->driver);
   TRY(device_scene_make(&job->device_scene, job->device, &job->scene, &job->timeline, job->log));
@@ -272,6 +289,7 @@ int app_render(int argc, char **argv)
     TRY(outputs_check(&job.options, &log));
   }
   TRY(image_helper_start(&job.images, job.options.max_image_pixels, &log));
+  if (!job.options.list_cameras) TRY(device_warm_up(&job));
   TRY(scene_read(&job));
   if (job.options.list_cameras) {
     cameras_print(&job.scene);

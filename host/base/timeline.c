@@ -1,19 +1,26 @@
 #include "base/timeline.h"
 
+#include <pthread.h>
 #include <stdlib.h>
 
 #include "base/clock.h"
 
+static pthread_mutex_t adding = PTHREAD_MUTEX_INITIALIZER;
+
 void timeline_add(Timeline *timeline, Span span)
 {
+  pthread_mutex_lock(&adding);
   if (timeline->count == timeline->capacity) {
     size_t capacity = timeline->capacity ? 2 * timeline->capacity : 256;
     Span *spans = realloc(timeline->spans, capacity * sizeof *spans);
-    if (!spans) return;
+    if (!spans) goto done;
     timeline->spans = spans;
     timeline->capacity = capacity;
   }
   timeline->spans[timeline->count++] = span;
+
+done:
+  pthread_mutex_unlock(&adding);
 }
 
 void timeline_end(Timeline *timeline, const char *name, double begin_ms)

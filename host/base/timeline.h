@@ -18,7 +18,7 @@ typedef struct Timeline {
   size_t count, capacity;
 } Timeline;
 
-// Appends a span; drops it when out of memory, as a profile is not worth failing for.
+// Appends a span, from any thread; drops it when out of memory, as a profile is not worth failing for.
 void timeline_add(Timeline *timeline, Span span);
 
 // Appends a host span that began at `begin_ms` and ends now.

@@ -197,6 +197,8 @@ Status device_open(Device **out, const char *choice, uint32_t threads, Timeline 
   cl_int error = CL_SUCCESS;
   Device *device = calloc(1, sizeof *device);
   if (!device) return log_no_memory(log, "device");
+  pthread_mutex_init(&device->programs_lock, NULL);
+  pthread_cond_init(&device->program_built, NULL);
   if (threads) {
     char text[16];
     snprintf(text, sizeof text, "%u", threads);
@@ -236,8 +238,11 @@ void device_close(Device *device)
 {
   if (!device) return;
   for (uint32_t i = 0; i < device->pending_count; i++) clReleaseEvent(device->pending[i].event);
+  programs_release(device);
   if (device->queue) clReleaseCommandQueue(device->queue);
   if (device->context) clReleaseContext(device->context);
+  pthread_mutex_destroy(&device->programs_lock);
+  pthread_cond_destroy(&device->program_built);
   free(device);
 }
 

@@ -10,12 +10,12 @@
 
 // How kernels are compiled for a class of device: what must differ between a CPU and a GPU, in one table (device.c).
 typedef struct DeviceTraits {
-  uint32_t lanes;           // LANES: rays or pixels that a work-item handles in one vector
-  uint32_t rays_per_item;   // RAYS_PER_ITEM: rays that a work-item loops over
-  uint32_t group_size;      // work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew)
-  uint32_t wave_rays;       // rays in flight: what a stream buffer holds
-  bool wide_bvh;            // incoherent rays walk a Bvh8
-  bool fast_fma;            // FAST_FMA: fused multiply-add is one instruction
+  uint32_t lanes;          // LANES: rays or pixels that a work-item handles in one vector
+  uint32_t rays_per_item;  // RAYS_PER_ITEM: rays that a work-item loops over
+  uint32_t group_size;     // work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew)
+  uint32_t wave_rays;      // rays in flight: what a stream buffer holds
+  bool wide_bvh;           // incoherent rays walk a Bvh8
+  bool fast_fma;           // FAST_FMA: fused multiply-add is one instruction
 } DeviceTraits;
 
 typedef struct DeviceInfo {
@@ -69,9 +69,9 @@ typedef struct Kernel {
 
 // Builds the embedded source `path` ("rays/trace_packet.cl") with its includes expanded and `options` ("-D X=1 ...")
 // added to those of the device. FRUGAL_KERNELS=DIR reads sources from that folder instead of the program.
-// Errors: STATUS_DEVICE with the compiler's log.
+// The device keeps its programs until it is closed: a second call of the same is free, and one from another thread waits
+// for the first. Errors: STATUS_DEVICE with the compiler's log.
 Status program_build(Program **out, Device *device, const char *path, const char *options, Log *log);
-void program_free(Program *program);
 Status program_kernel(Kernel *out, const Program *program, const char *name, Log *log);
 void kernel_free(Kernel *kernel);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CL/cl.h>
+#include <pthread.h>
 
 #include "device/device.h"
 
@@ -11,6 +12,13 @@ typedef struct PendingSpan {
   double queued_ms;
   uint64_t items;
 } PendingSpan;
+
+// A device keeps the programs that it has built until it is closed.
+struct Program {
+  Program *next;
+  cl_program program;           // NULL while it is being built
+  char path[64], options[512];  // all that the compiler is given
+};
 
 enum { MAX_PENDING_SPANS = 512 };
 
@@ -25,7 +33,13 @@ struct Device {
   Timeline *timeline;
   PendingSpan pending[MAX_PENDING_SPANS];
   uint32_t pending_count;
+  pthread_mutex_t programs_lock;  // of the list and of what is NULL in it
+  pthread_cond_t program_built;
+  Program *programs;
 };
+
+// Releases all of a device's programs.
+void programs_release(Device *device);
 
 // Text of an OpenCL error code, "CL_OUT_OF_RESOURCES" for -5.
 const char *device_error_text(cl_int error);

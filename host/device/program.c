@@ -9,11 +9,6 @@
 #include "device/fault.h"
 #include "device/kernel_source.h"
 
-struct Program {
-  cl_program program;
-  char path[64];
-};
-
 typedef struct Text {
   char *bytes;
   size_t length, capacity;
@@ -122,32 +117,27 @@ static Status build_fail(Log *log, Device *device, cl_program program, const cha
                   device_error_text(error), error, build_log[0] ? build_log : "no compiler log");
 }
 
-Status program_build(Program **out, Device *device, const char *path, const char *options, Log *log)
+// Compiles one program, without the lock. PoCL's cache makes this 15 ms; a first build takes a second or two.
+static Status program_compile(cl_program *out, Device *device, const char *path, const char *options, Log *log)
 {
   Status status = STATUS_OK;
   Expansion expansion = {0};
   cl_int error = CL_SUCCESS;
+  cl_program program = NULL;
   double begin_ms = clock_ms();
-  Program *program = calloc(1, sizeof *program);
-  if (!program) return log_no_memory(log, "program");
-  snprintf(program->path, sizeof program->path, "%s", path);
   TRY(source_expand(&expansion, path, log));
 
-  char all_options[512];
-  snprintf(all_options, sizeof all_options, "-cl-std=CL1.2 %s%s-D LANES=%u -D RAYS_PER_ITEM=%u %s",
-           device->exact_division ? "-cl-fp32-correctly-rounded-divide-sqrt " : "",
-           device->traits.fast_fma ? "-D FAST_FMA " : "", device->traits.lanes, device->traits.rays_per_item, options);
   const char *text = expansion.text.bytes;
-  program->program = clCreateProgramWithSource(device->context, 1, &text, NULL, &error);
+  program = clCreateProgramWithSource(device->context, 1, &text, NULL, &error);
   if (error == CL_SUCCESS && fault_due("build")) error = CL_BUILD_PROGRAM_FAILURE;
   if (error == CL_SUCCESS) {
     struct sigaction on_abort;  // PoCL's LLVM takes it over when it first builds, and keeps it
     sigaction(SIGABRT, NULL, &on_abort);
-    error = clBuildProgram(program->program, 1, &device->id, all_options, NULL, NULL);
+    error = clBuildProgram(program, 1, &device->id, options, NULL, NULL);
     sigaction(SIGABRT, &on_abort, NULL);
   }
   if (error != CL_SUCCESS) {
-    status = build_fail(log, device, program->program, path, error);
+    status = build_fail(log, device, program, path, error);
     goto done;
   }
   if (device->timeline) timeline_end(device->timeline, "build kernels", begin_ms);
@@ -156,15 +146,77 @@ Status program_build(Program **out, Device *device, const char *path, const char
 
 done:
   free(expansion.text.bytes);
-  program_free(program);
+  if (program) clReleaseProgram(program);
   return status;
 }
 
-void program_free(Program *program)
+// The device's program of that path and options, waiting for another thread that builds it; a new one, still to be built
+// by the caller, where there is none. Called with the lock held.
+static Program *program_find(Device *device, const char *path, const char *options)
 {
-  if (!program) return;
-  if (program->program) clReleaseProgram(program->program);
+  for (Program *program = device->programs; program; program = program->next) {
+    if (strcmp(program->path, path) != 0 || strcmp(program->options, options) != 0) continue;
+    if (program->program) return program;
+    pthread_cond_wait(&device->program_built, &device->programs_lock);
+    return program_find(device, path, options);
+  }
+  Program *program = calloc(1, sizeof *program);
+  if (!program) return NULL;
+  snprintf(program->path, sizeof program->path, "%s", path);
+  snprintf(program->options, sizeof program->options, "%s", options);
+  program->next = device->programs;
+  device->programs = program;
+  return program;
+}
+
+static void program_forget(Device *device, Program *program)
+{
+  Program **at = &device->programs;
+  while (*at != program) at = &(*at)->next;
+  *at = program->next;
   free(program);
+}
+
+Status program_build(Program **out, Device *device, const char *path, const char *options, Log *log)
+{
+  Status status = STATUS_OK;
+  char all_options[512];
+  snprintf(all_options, sizeof all_options, "-cl-std=CL1.2 %s%s-D LANES=%u -D RAYS_PER_ITEM=%u %s",
+           device->exact_division ? "-cl-fp32-correctly-rounded-divide-sqrt " : "",
+           device->traits.fast_fma ? "-D FAST_FMA " : "", device->traits.lanes, device->traits.rays_per_item, options);
+  pthread_mutex_lock(&device->programs_lock);
+  Program *program = program_find(device, path, all_options);
+  if (!program) {
+    status = log_no_memory(log, "program");
+    goto done;
+  }
+  if (!program->program) {
+    cl_program compiled = NULL;
+    pthread_mutex_unlock(&device->programs_lock);
+    status = program_compile(&compiled, device, path, all_options, log);
+    pthread_mutex_lock(&device->programs_lock);
+    program->program = compiled;
+    pthread_cond_broadcast(&device->program_built);
+    if (status) {
+      program_forget(device, program);
+      goto done;
+    }
+  }
+  *out = program;
+
+done:
+  pthread_mutex_unlock(&device->programs_lock);
+  return status;
+}
+
+void programs_release(Device *device)
+{
+  while (device->programs) {
+    Program *program = device->programs;
+    device->programs = program->next;
+    if (program->program) clReleaseProgram(program->program);
+    free(program);
+  }
 }
 
 Status program_kernel(Kernel *out, const Program *program, const char *name, Log *log)

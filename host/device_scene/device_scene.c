@@ -110,11 +110,7 @@ Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, T
   made.object_count = flat.object_count;
   made.light_count = flat.light_count;
   made.material_count = flat.material_count;
-  made.has_textures = flat.has_textures;
-  made.has_masks = flat.has_masks;
-  made.has_blends = flat.has_blends;
-  made.has_colors = flat.colors != NULL;
-  made.has_normal_maps = flat.tangents != NULL;
+  device_scene_features(&made, scene);
   made.has_mirrors = flat.has_mirrors;
   made.environment_lights = flat.environment_lights;
   *out = made;
@@ -136,6 +132,22 @@ void device_scene_free(DeviceScene *scene)
                              &scene->bvh8_blocks, &scene->bvh2_triangles, &scene->tangents};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
   *scene = (DeviceScene){0};
+}
+
+void device_scene_features(DeviceScene *out, const Scene *scene)
+{
+  out->has_textures = scene->texture_count > 0;
+  for (uint32_t i = 0; i < scene->material_count; i++) {
+    out->has_masks |= scene->materials[i].alpha_mode == ALPHA_MASK;
+    out->has_blends |= scene->materials[i].alpha_mode == ALPHA_BLEND;
+  }
+  for (uint32_t o = 0; o < scene->object_count; o++) {
+    const Mesh *mesh = &scene->meshes[scene->objects[o].mesh];
+    for (uint32_t p = 0; p < mesh->primitive_count; p++) {
+      out->has_colors |= mesh->primitives[p].colors != NULL;
+      out->has_normal_maps |= primitive_has_normal_map(&mesh->primitives[p], scene);
+    }
+  }
 }
 
 void device_scene_options(const DeviceScene *scene, char *out, size_t size)

@@ -17,6 +17,11 @@ typedef struct Flattening {
   Draw *draws;
 } Flattening;
 
+bool primitive_has_normal_map(const Primitive *primitive, const Scene *scene)
+{
+  return primitive->uvs[0] && scene->materials[primitive->material].normal_slot.texture != NONE;
+}
+
 static Float4 tangent_world(const Mat4 *world_from_object, const float tangent[4], double side)
 {
   Vec3 world = vec3_unit_or(mat4_direction(world_from_object, vec3_from_floats(tangent)), vec3(0, 0, 0));
@@ -91,7 +96,7 @@ static Status geometry_allocate(FlatScene *flat, const Scene *scene, uint32_t *d
       triangles += primitive->triangle_count;
       draws++;
       has_colors |= primitive->colors != NULL;
-      has_normal_maps |= primitive->uvs[0] && scene->materials[primitive->material].normal_slot.texture != NONE;
+      has_normal_maps |= primitive_has_normal_map(primitive, scene);
       if (primitive->uvs[1]) flat->uv_set_count = 2;
     }
   }

@@ -71,7 +71,6 @@ static Status textures_make(FlatScene *flat, const Scene *scene, Log *log)
     if (!used[i] || !scene->images[i].texels) continue;
     first_texel[i] = flat->texel_count;
     flat->texel_count += (uint64_t)scene->images[i].width * scene->images[i].height;
-    flat->has_textures = true;
   }
   if (flat->texel_count >= 1u << 31) {
     status = log_fail(log, STATUS_TOO_LARGE, "%s: %.0f million texels: scale its textures down", scene->path,
@@ -138,8 +137,6 @@ Status flat_materials_make(FlatScene *flat, const Scene *scene, Log *log)
   }
   for (uint32_t i = 0; i < scene->material_count; i++) {
     flat->materials[i] = material_info(&scene->materials[i], flat->uv_set_count);
-    flat->has_masks |= scene->materials[i].alpha_mode == ALPHA_MASK;
-    flat->has_blends |= scene->materials[i].alpha_mode == ALPHA_BLEND;
     flat->has_mirrors |= material_can_mirror(&scene->materials[i], scene);
   }
   for (uint32_t i = 0; i < scene->light_count; i++) flat->lights[i] = light_info(&scene->lights[i]);

@@ -26,7 +26,6 @@ typedef struct FlatScene {
   uint32_t material_count, texture_count, light_count;
   EnvironmentInfo environment;
 
-  bool has_textures, has_masks, has_blends;
   bool has_mirrors;         // a material can have roughness 0 and send on more than 1/255
   bool environment_lights;  // the environment is not black
 } FlatScene;
@@ -35,6 +34,9 @@ typedef struct FlatScene {
 // vertex. Errors: STATUS_TOO_LARGE (over 2^28 triangles or 2^31 texels), STATUS_NO_MEMORY.
 Status flat_scene_make(FlatScene *out, const Scene *scene, Log *log);
 void flat_scene_free(FlatScene *flat);
+
+// Is its shading normal bent by a texture? One that has no texture coordinates is not.
+bool primitive_has_normal_map(const Primitive *primitive, const Scene *scene);
 
 // The parts of it, by file: vertices and triangles; materials, textures and lights; the environment.
 Status flat_geometry_make(FlatScene *flat, const Scene *scene, Log *log);

@@ -9,7 +9,8 @@
 
 static Float3 axis_of(const Mat4 *m, int column, double sign)
 {
-  return (Float3){(float)(sign * m->m[4 * column]), (float)(sign * m->m[4 * column + 1]), (float)(sign * m->m[4 * column + 2])};
+  return (Float3){(float)(sign * m->m[4 * column]), (float)(sign * m->m[4 * column + 1]),
+                  (float)(sign * m->m[4 * column + 2])};
 }
 
 CameraInfo camera_info(const Camera *camera, const PictureArea *area)
@@ -60,13 +61,13 @@ done:
 void camera_rays_free(CameraRays *camera)
 {
   kernel_free(&camera->kernel);
-  program_free(camera->program);
   buffer_free(&camera->camera);
   buffer_free(&camera->offsets);
   *camera = (CameraRays){0};
 }
 
-Status camera_rays_generate(const CameraRays *camera, Device *device, const Wave *wave, const RayStream *stream, Log *log)
+Status camera_rays_generate(const CameraRays *camera, Device *device, const Wave *wave, const RayStream *stream,
+                            Log *log)
 {
   uint32_t rays = wave_rays(wave);
   return device_launch(device, &camera->kernel, work_items(device, rays), rays, "generate camera rays",

@@ -37,9 +37,6 @@ void film_free(Film *film)
   kernel_free(&film->accumulate);
   kernel_free(&film->resolve);
   kernel_free(&film->aov);
-  program_free(film->accumulate_program);
-  program_free(film->resolve_program);
-  program_free(film->aov_program);
   buffer_free(&film->info);
   buffer_free(&film->sums);
   buffer_free(&film->picture);
@@ -48,8 +45,8 @@ void film_free(Film *film)
   *film = (Film){0};
 }
 
-Status film_accumulate(const Film *film, Device *device, const CameraRays *camera, const Wave *wave, const DeviceBuffer *radiance,
-                       const DeviceBuffer *sums, Log *log)
+Status film_accumulate(const Film *film, Device *device, const CameraRays *camera, const Wave *wave,
+                       const DeviceBuffer *radiance, const DeviceBuffer *sums, Log *log)
 {
   uint32_t pixels = wave->tile_count * 64;
   return device_launch(device, &film->accumulate, work_items(device, pixels), pixels, "add samples to the picture",
@@ -65,19 +62,22 @@ Status film_aov(const Film *film, Device *device, const DeviceScene *scene, cons
   return device_launch(
       device, &film->aov, work_items(device, pixels), pixels, "write AOVs",
       ARGS(ARG_BUFFER(camera->camera), ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
-           ARG(wave->sample_count), ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids),
-           ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents), ATTRIBUTE_ARGS(scene), ARG_BUFFER(scene->object_starts),
-           ARG(scene->object_count), ARG_BUFFER(film->aov_values), ARG_BUFFER(film->aov_ids)),
+           ARG(wave->sample_count), ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG_BUFFER(hits->hits),
+           ARG_BUFFER(hits->ids), ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents),
+           ATTRIBUTE_ARGS(scene), ARG_BUFFER(scene->object_starts), ARG(scene->object_count),
+           ARG_BUFFER(film->aov_values), ARG_BUFFER(film->aov_ids)),
       log);
 }
 
-Status film_resolve(const Film *film, Device *device, const DeviceBuffer *sums, const ResolveInfo *info, float *out, Log *log)
+Status film_resolve(const Film *film, Device *device, const DeviceBuffer *sums, const ResolveInfo *info, float *out,
+                    Log *log)
 {
   Status status = STATUS_OK;
   DeviceBuffer settings = film->info;
   TRY(buffer_write(device, &settings, info, sizeof *info, log));
-  TRY(device_launch(device, &film->resolve, work_items(device, info->pixel_count), info->pixel_count, "resolve the picture",
-                    ARGS(ARG_BUFFER(film->info), ARG_BUFFER(*sums), ARG_BUFFER(film->picture)), log));
+  TRY(device_launch(device, &film->resolve, work_items(device, info->pixel_count), info->pixel_count,
+                    "resolve the picture", ARGS(ARG_BUFFER(film->info), ARG_BUFFER(*sums), ARG_BUFFER(film->picture)),
+                    log));
   TRY(buffer_read(device, &film->picture, out, (size_t)info->pixel_count * sizeof(Float4), log));
 
 done:

@@ -25,14 +25,13 @@ done:
 void shader_free(Shader *shader)
 {
   kernel_free(&shader->kernel);
-  program_free(shader->program);
   buffer_free(&shader->info);
   buffer_free(&shader->counts);
   *shader = (Shader){0};
 }
 
-Status shade(const Shader *shader, Device *device, const DeviceScene *scene, const ShadeStreams *streams, uint32_t count,
-             const ShadeInfo *info, uint32_t counts[STREAM_COUNTS], const char *sentence, Log *log)
+Status shade(const Shader *shader, Device *device, const DeviceScene *scene, const ShadeStreams *streams,
+             uint32_t count, const ShadeInfo *info, uint32_t counts[STREAM_COUNTS], const char *sentence, Log *log)
 {
   Status status = STATUS_OK;
   bool spawns = (info->cast_shadows && info->light_count) || info->reflect || (info->first_batch && scene->has_blends);
@@ -40,17 +39,16 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
   memset(counts, 0, STREAM_COUNTS * sizeof *counts);
   TRY(buffer_write(device, &settings, info, sizeof *info, log));
   TRY(buffer_zero(device, &counters, log));
-  TRY(device_launch(device, &shader->kernel, work_items(device, count), count, sentence,
-                    ARGS(ARG_BUFFER(shader->info), ARG_BUFFER(streams->rays->rays), ARG_BUFFER(streams->rays->slots),
-                         ARG(streams->rays->capacity), ARG(count), ARG_BUFFER(streams->hits->hits),
-                         ARG_BUFFER(streams->hits->ids), ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents),
-                         ATTRIBUTE_ARGS(scene), ARG_BUFFER(scene->lights), ARG_BUFFER(scene->environment),
-                         ARG_BUFFER(scene->environment_pixels), ARG_BUFFER(*streams->radiance),
-                         ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
-                         ARG_BUFFER(streams->reflected->rays), ARG_BUFFER(streams->reflected->slots),
-                         ARG_BUFFER(streams->transmitted->rays), ARG_BUFFER(streams->transmitted->slots),
-                         ARG_BUFFER(shader->counts)),
-                    log));
+  TRY(device_launch(
+      device, &shader->kernel, work_items(device, count), count, sentence,
+      ARGS(ARG_BUFFER(shader->info), ARG_BUFFER(streams->rays->rays), ARG_BUFFER(streams->rays->slots),
+           ARG(streams->rays->capacity), ARG(count), ARG_BUFFER(streams->hits->hits), ARG_BUFFER(streams->hits->ids),
+           ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents), ATTRIBUTE_ARGS(scene),
+           ARG_BUFFER(scene->lights), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
+           ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
+           ARG_BUFFER(streams->reflected->rays), ARG_BUFFER(streams->reflected->slots),
+           ARG_BUFFER(streams->transmitted->rays), ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts)),
+      log));
   if (spawns) TRY(buffer_read(device, &shader->counts, counts, STREAM_COUNTS * sizeof *counts, log));
   for (int i = 0; i < STREAM_COUNTS; i++)
     if (counts[i] > count) {

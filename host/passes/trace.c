@@ -28,8 +28,6 @@ void tracer_free(Tracer *tracer)
 {
   Kernel *kernels[] = {&tracer->packet_closest, &tracer->packet_any, &tracer->single_closest, &tracer->single_any};
   for (int i = 0; i < 4; i++) kernel_free(kernels[i]);
-  program_free(tracer->packet_program);
-  program_free(tracer->single_program);
   *tracer = (Tracer){0};
 }
 
@@ -38,28 +36,30 @@ static bool walks_alone(const Tracer *tracer, Coherence coherence)
   return coherence == RAYS_INCOHERENT && tracer->single_program;
 }
 
-Status trace_closest(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream, uint32_t count,
-                     float t_min, const HitStream *hits, Coherence coherence, const char *sentence, Log *log)
+Status trace_closest(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
+                     uint32_t count, float t_min, const HitStream *hits, Coherence coherence, const char *sentence,
+                     Log *log)
 {
   bool alone = walks_alone(tracer, coherence);
   const DeviceBuffer *nodes = alone ? &scene->bvh8_nodes : &scene->bvh2_nodes;
   const DeviceBuffer *leaves = alone ? &scene->bvh8_blocks : &scene->bvh2_triangles;
-  return device_launch(device, alone ? &tracer->single_closest : &tracer->packet_closest, work_items(device, count), count,
-                       sentence,
-                       ARGS(ARG_BUFFER(*nodes), ARG_BUFFER(*leaves), ARG_BUFFER(stream->rays), ARG(stream->capacity),
-                            ARG(count), ARG(t_min), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids), ATTRIBUTE_ARGS(scene)),
-                       log);
+  return device_launch(
+      device, alone ? &tracer->single_closest : &tracer->packet_closest, work_items(device, count), count, sentence,
+      ARGS(ARG_BUFFER(*nodes), ARG_BUFFER(*leaves), ARG_BUFFER(stream->rays), ARG(stream->capacity), ARG(count),
+           ARG(t_min), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids), ATTRIBUTE_ARGS(scene)),
+      log);
 }
 
-Status trace_any(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream, uint32_t segment,
-                 uint32_t count, const DeviceBuffer *radiance, Coherence coherence, const char *sentence, Log *log)
+Status trace_any(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
+                 uint32_t segment, uint32_t count, const DeviceBuffer *radiance, Coherence coherence,
+                 const char *sentence, Log *log)
 {
   bool alone = walks_alone(tracer, coherence);
   const DeviceBuffer *nodes = alone ? &scene->bvh8_nodes : &scene->bvh2_nodes;
   const DeviceBuffer *leaves = alone ? &scene->bvh8_blocks : &scene->bvh2_triangles;
-  return device_launch(device, alone ? &tracer->single_any : &tracer->packet_any, work_items(device, count), count, sentence,
-                       ARGS(ARG_BUFFER(*nodes), ARG_BUFFER(*leaves), ARG_BUFFER(stream->rays), ARG(stream->capacity),
-                            ARG(count), ARG(segment), ARG_BUFFER(stream->slots), ARG_BUFFER(*radiance),
-                            ATTRIBUTE_ARGS(scene)),
-                       log);
+  return device_launch(
+      device, alone ? &tracer->single_any : &tracer->packet_any, work_items(device, count), count, sentence,
+      ARGS(ARG_BUFFER(*nodes), ARG_BUFFER(*leaves), ARG_BUFFER(stream->rays), ARG(stream->capacity), ARG(count),
+           ARG(segment), ARG_BUFFER(stream->slots), ARG_BUFFER(*radiance), ATTRIBUTE_ARGS(scene)),
+      log);
 }

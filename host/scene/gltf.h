@@ -7,6 +7,9 @@ typedef struct GltfOptions {
   int scene;                  // index, or NONE for the file's default scene
   bool allow_outside;         // URIs may leave the file's folder (--allow-outside)
   uint64_t max_memory_bytes;  // 0: no limit
+  // Called, where it is not NULL, when all but the images' pixels is there; what can be prepared meanwhile may be.
+  void (*structure_known)(void *context, const Scene *scene);
+  void *context;
 } GltfOptions;
 
 // Reads the scene of a .gltf or .glb file: nodes that draw, cameras and lights of the chosen scene with resolved world

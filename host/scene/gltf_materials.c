@@ -57,10 +57,9 @@ done:
   return status;
 }
 
-// Index of the scene's texture for the file's, decoded on first use; NONE where the texture has no image that is read.
-static Status texture_use(int *texture, Scene *scene, Gltf *gltf, int *texture_of, int *image_of)
+// Index of the scene's texture for the file's; NONE where the texture has no image that is read.
+static void texture_use(int *texture, Scene *scene, Gltf *gltf, int *texture_of, int *image_of)
 {
-  Status status = STATUS_OK;
   const GltfTexture *from = &gltf->model->textures[*texture];
   int *known = &texture_of[*texture];
   if (*known == NONE && from->image == NONE)
@@ -68,7 +67,6 @@ static Status texture_use(int *texture, Scene *scene, Gltf *gltf, int *texture_o
   if (*known == NONE && from->image != NONE) {
     int *image = &image_of[from->image];
     if (*image == NONE) {
-      TRY(image_decode(&scene->images[scene->image_count], gltf, (uint32_t)from->image));
       *image = (int)scene->image_count++;
     }
     *known = (int)scene->texture_count;
@@ -76,14 +74,10 @@ static Status texture_use(int *texture, Scene *scene, Gltf *gltf, int *texture_o
         (Texture){.image = *image, .wrap_u = from->wrap_u, .wrap_v = from->wrap_v, .nearest = from->nearest};
   }
   *texture = *known;
-
-done:
-  return status;
 }
 
-static Status slots_convert(Material *material, bool used, Scene *scene, Gltf *gltf, int *texture_of, int *image_of)
+static void slots_convert(Material *material, bool used, Scene *scene, Gltf *gltf, int *texture_of, int *image_of)
 {
-  Status status = STATUS_OK;
   TextureSlot *slots[SLOT_COUNT];
   slots_of(slots, material);
   for (int i = 0; i < SLOT_COUNT; i++) {
@@ -94,11 +88,8 @@ static Status slots_convert(Material *material, bool used, Scene *scene, Gltf *g
                slots[i]->uv_set);
       slots[i]->uv_set = 0;
     }
-    TRY(texture_use(&slots[i]->texture, scene, gltf, texture_of, image_of));
+    texture_use(&slots[i]->texture, scene, gltf, texture_of, image_of);
   }
-
-done:
-  return status;
 }
 
 // used[i]: does a primitive of the scene have material i?
@@ -127,11 +118,14 @@ Status gltf_materials_read(Scene *scene, Gltf *gltf)
   for (uint32_t i = 0; i < model->material_count + used[model->material_count]; i++) {
     Material material = i < model->material_count ? model->materials[i] : material_default();
     const char *name = material.name;
-    TRY(slots_convert(&material, used[i], scene, gltf, texture_of, image_of));
+    slots_convert(&material, used[i], scene, gltf, texture_of, image_of);
     factors_clamp(&material);
     TRY(gltf_copy_name(&material.name, gltf, name));
     scene->materials[scene->material_count++] = material;
   }
+  if (gltf->options->structure_known) gltf->options->structure_known(gltf->options->context, scene);
+  for (uint32_t i = 0; i < gltf->image_count; i++)
+    if (image_of[i] != NONE) TRY(image_decode(&scene->images[image_of[i]], gltf, i));
 
 done:
   free(used);
