@@ -180,8 +180,8 @@ static Image read_png(const char *path)
   return image;
 }
 
-// What is laid over a background by hand, straight alpha in linear light, is what --background gives within the rounding
-// of three 8-bit numbers; with a tone curve and an exposure, which the background does not feel.
+// What is laid over a background by hand, straight alpha in linear light, is what --background gives within the
+// rounding of three 8-bit numbers; with a tone curve and an exposure, which the background does not feel.
 static void display_pictures_are_laid_over_their_background(void **state)
 {
   CLI_EXPECT(0, "", "render", cli_scene(), "-o", cli_path("clear.png"), "-s", SIZE, "-n", "4", "--exposure", "1",

@@ -158,7 +158,7 @@ static void interrupts_while_the_picture_is_written(void **state)
   cli_setting.signal_while = cli_path("out");
   cli_setting.signal = SIGTERM;
   CliRun run =
-      cli_run("render", cli_scene(), "-o", cli_path("out/old.png"), "-s", "3000x2000", "--compression", "9", NULL);
+      cli_run("render", cli_scene(), "-o", cli_path("out/old.png"), "-s", "1600x1200", "--compression", "9", NULL);
   cli_expect(&run, 143, "frugal: interrupted", __FILE__, __LINE__);
   cli_free(&run);
   cli_old_check();

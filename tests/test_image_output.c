@@ -34,8 +34,7 @@ static const char *only_entry(const char *path)
 
 static void unwritable_places_are_errors(void **state)
 {
-  assert_fails(write_noise(path_of("none/a.png"), NULL), STATUS_OUTPUT,
-               "No such file or directory: make the folder");
+  assert_fails(write_noise(path_of("none/a.png"), NULL), STATUS_OUTPUT, "No such file or directory: make the folder");
   file_save(path_of("file"), "x", 1);
   assert_fails(write_noise(path_of("file/a.png"), NULL), STATUS_OUTPUT, "a part of the path is a file");
   assert_fails(write_noise(image_folder, "png"), STATUS_OUTPUT, "Is a directory");

@@ -3,7 +3,7 @@
 //
 // Errors are the worst channel's, relative to its value + 0.01. In stable pixels they stay under 2e-3, which is what
 // rounding a texture coordinate makes of a strong texture seen from far, and under 2e-5 in the mean. Unstable pixels, at
-// edges of things and of shadows, show one side or the other, and are too few to make the mean of all 0.01.
+// edges of things and of shadows, may show either side: few do, and the mean of all stays under 1e-3.
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -24,7 +24,7 @@ typedef struct Bounds {
   double all_mean;
 } Bounds;
 
-static const Bounds usual = {.stable_share = 0.9, .worst = 2e-3, .mean = 2e-5, .all_mean = 0.01};
+static const Bounds usual = {.stable_share = 0.9, .worst = 2e-3, .mean = 2e-5, .all_mean = 1e-3};
 
 static double pixel_error(const float *got, const double *wanted)
 {
@@ -98,9 +98,7 @@ static void without_shadows_and_reflections_pictures_agree(void **state)
   PictureRequest request = picture_request(64, 36, 4);
   request.settings.shadows = SHADOWS_NONE;
   request.settings.reflections = REFLECTIONS_NONE;
-  Bounds bounds = usual;
-  bounds.stable_share = 0.8;
-  scene_check("features, camera rays alone", &scene, &camera, request, own_width, &bounds);
+  scene_check("features, camera rays alone", &scene, &camera, request, own_width, &usual);
   scene_free(&scene);
 }
 
@@ -113,16 +111,14 @@ static void the_sky_lights_surfaces_nearly(void **state)
   request.settings.max_depth = 2;
   scene_set_sky(&scene);
   scene_check("features, pbr, sky, depth 2", &scene, &camera, request, own_width,
-              &(Bounds){.stable_share = 0.8, .worst = 0.2, .mean = 0.03, .all_mean = 0.03});
+              &(Bounds){.stable_share = 0.9, .worst = 0.2, .mean = 0.03, .all_mean = 0.03});
   scene_free(&scene);
 }
 
 // A file with its own first camera, or a fitted one, and the light it gets without any.
-static void file_check(const char *path, uint32_t width, uint32_t height, LightingModel model, double stable_share)
+static void file_check(const char *path, uint32_t width, uint32_t height, LightingModel model, Bounds bounds)
 {
   Camera camera;
-  Bounds bounds = usual;
-  bounds.stable_share = stable_share;
   Scene scene = gltf_read_fine(path);
   picture_assert_ok(scene_add_default_lighting(&scene, true, &picture_log));
   picture_assert_ok(scene_camera_choose(&camera, &scene, NULL, (double)width / height, &picture_log));
@@ -134,25 +130,34 @@ static void file_check(const char *path, uint32_t width, uint32_t height, Lighti
 
 static void shipped_scenes_agree(void **state)
 {
-  file_check("scenes/room.glb", 96, 54, LIGHTING_PBR, 0.9);
-  file_check("scenes/chrome.glb", 64, 36, LIGHTING_PHONG, 0.9);
-  file_check("scenes/colonnade.glb", 32, 18, LIGHTING_PBR, 0.5);
+  // Mirrors that show fine geometry leave few pixels stable.
+  Bounds fine = usual;
+  fine.stable_share = 0.6;
+  file_check("scenes/room.glb", 96, 54, LIGHTING_PBR, usual);
+  file_check("scenes/chrome.glb", 64, 36, LIGHTING_PHONG, usual);
+  file_check("scenes/colonnade.glb", 32, 18, LIGHTING_PBR, fine);
+}
+
+static void asset_check(const char *name, Bounds bounds)
+{
+  const char *assets = gltf_assets();
+  char path[512];
+  if (!assets) return;
+  snprintf(path, sizeof path, "%s/%s/%s.glb", assets, name, name);
+  if (access(path, R_OK) != 0) snprintf(path, sizeof path, "%s/%s/%s.gltf", assets, name, name);
+  file_check(path, 96, 54, LIGHTING_PHONG, bounds);
 }
 
 static void shared_assets_agree(void **state)
 {
-  static const char *const names[] = {"TextureSettingsTest", "TextureTransformTest",    "MultiUVTest",
-                                      "VertexColorTest",     "NegativeScaleTest",       "AlphaBlendModeTest",
-                                      "OrientationTest",     "NormalTangentMirrorTest", "LightsPunctualLamp",
-                                      "EmissiveStrengthTest"};
-  const char *assets = gltf_assets();
-  if (!assets) return;
-  for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-    char path[512];
-    snprintf(path, sizeof path, "%s/%s/%s.glb", assets, names[i], names[i]);
-    if (access(path, R_OK) != 0) snprintf(path, sizeof path, "%s/%s/%s.gltf", assets, names[i], names[i]);
-    file_check(path, 96, 54, LIGHTING_PHONG, 0.9);
-  }
+  static const char *const names[] = {"TextureSettingsTest", "TextureTransformTest", "MultiUVTest",
+                                      "VertexColorTest",     "NegativeScaleTest",    "AlphaBlendModeTest",
+                                      "OrientationTest",     "LightsPunctualLamp",   "EmissiveStrengthTest"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++) asset_check(names[i], usual);
+  // Normals that a map turns away from the viewer have no defined image: such pixels are unstable, and off.
+  Bounds mapped = usual;
+  mapped.all_mean = 0.01;
+  asset_check("NormalTangentMirrorTest", mapped);
 }
 
 int main(void)

@@ -116,6 +116,7 @@ static void shadow_rays_check(ShadeLab *lab, const OracleScene *oracle, const La
     uint32_t count = lab->counts[0], lit = 0;
     for (uint32_t i = 0; i < HITS; i++) {
       lit += open[i][0] > 0;
+      if (i / VIEWS == UNLIT) assert_true(open[i][0] == 0);
       assert_true(added[i][0] == 0 && added[i][1] == 0 && added[i][2] == 0);
     }
     assert_int_equal(count, lit);

@@ -60,7 +60,7 @@ typedef struct LightInfo {
   Float3 position;
   Float3 direction;  // unit, the way it shines
   Float3 radiant;
-  float range_m;  // INFINITY where none
+  float range_m;                  // INFINITY where none
   float spot_scale, spot_offset;  // attenuation = saturate(cos * scale + offset)^2
 } LightInfo;
 SHARED_SIZE(LightInfo, 52);
@@ -75,7 +75,7 @@ typedef struct EnvironmentInfo {
   uint kind;
   uint width, height;  // of the image
   float cos_rotation, sin_rotation;
-  float intensity;  // of the image's pixels
+  float intensity;                 // of the image's pixels
   Float3 zenith, horizon, ground;  // constant: all three alike
   Float3 harmonics[9];
 } EnvironmentInfo;

@@ -10,12 +10,12 @@
 #define LIGHTING_MODEL_PHONG 1u
 
 typedef struct ShadeInfo {
-  uint model;         // LIGHTING_MODEL_*
-  uint first_light;   // of this launch's batch
-  uint light_count;   // in the batch, 0..LIGHTS_PER_LAUNCH
-  uint first_batch;   // 1: this launch adds emission, ambient and environment, and spawns reflected rays
-  uint cast_shadows;  // 0: light arrives unblocked, without shadow rays
-  uint reflect;       // 1: mirrors spawn rays; 0: they stay dark
+  uint model;               // LIGHTING_MODEL_*
+  uint first_light;         // of this launch's batch
+  uint light_count;         // in the batch, 0..LIGHTS_PER_LAUNCH
+  uint first_batch;         // 1: this launch adds emission, ambient and environment, and spawns reflected rays
+  uint cast_shadows;        // 0: light arrives unblocked, without shadow rays
+  uint reflect;             // 1: mirrors spawn rays; 0: they stay dark
   uint environment_lights;  // the environment lights surfaces (pbr) and is not black
   float ambient;            // phong
   float min_weight;         // reflected rays below it in every channel are cut

@@ -205,6 +205,7 @@ Status device_open(Device **out, const char *choice, uint32_t threads, Timeline 
     setenv("POCL_MAX_PTHREAD_COUNT", text, 1);  // PoCL up to 3
     setenv("POCL_CPU_MAX_CU_COUNT", text, 1);   // PoCL 4 on
   }
+  if (!choice) choice = getenv("FRUGAL_DEVICE");
   TRY(candidates_find(&candidates, &count, log));
   TRY(candidate_choose(&chosen, candidates, count, choice, log));
   device->info = candidates[chosen].info;

@@ -32,7 +32,8 @@ typedef struct Device Device;
 // index in this list is what --device takes. *out is freed by the caller; a machine without OpenCL has a count of 0.
 Status device_list(DeviceInfo **out, uint32_t *count, Log *log);
 
-// Opens a device: an index of device_list, "cpu", "gpu", part of a name (case ignored), or NULL for the best.
+// Opens a device: an index of device_list, "cpu", "gpu", part of a name (case ignored), or NULL for what the
+// environment variable FRUGAL_DEVICE says, else the best.
 // `threads` limits a CPU device's threads (0 = all). Spans of what runs go to `timeline` when it is not NULL.
 //
 // Errors: STATUS_USAGE (no such device; says which there are), STATUS_NO_DEVICE, STATUS_DEVICE.

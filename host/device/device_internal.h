@@ -36,6 +36,7 @@ struct Device {
   pthread_mutex_t programs_lock;  // of the list and of what is NULL in it
   pthread_cond_t program_built;
   Program *programs;
+  double build_ms;  // spent on them, until the user has been told
 };
 
 // Releases all of a device's programs.

@@ -68,12 +68,16 @@ void kernel_cache_prepare(void)
   if (is_there && folder_is_usable(folder)) return;
   snprintf(unusable_reason, sizeof unusable_reason, "%s%s", is_there ? folder : "no home folder",
            is_there ? " cannot be written or is full" : "");
-  const char *place = getenv("TMPDIR");
-  int length = snprintf(folder, sizeof folder, "%s/frugal-kernels-XXXXXX", place && *place ? place : "/tmp");
-  if (length >= (int)sizeof folder || !mkdtemp(folder)) return;
-  memcpy(temporary_folder, folder, sizeof folder);
-  setenv("POCL_CACHE_DIR", folder, 1);
-  atexit(temporary_remove);
+  const char *const places[] = {getenv("TMPDIR"), "/tmp"};
+  for (int i = 0; i < 2; i++) {
+    if (!places[i] || snprintf(folder, sizeof folder, "%s/frugal-kernels-XXXXXX", places[i]) >= (int)sizeof folder)
+      continue;
+    if (!mkdtemp(folder)) continue;
+    memcpy(temporary_folder, folder, sizeof folder);
+    setenv("POCL_CACHE_DIR", folder, 1);
+    atexit(temporary_remove);
+    return;
+  }
 }
 
 const char *kernel_cache_unusable(void) { return temporary_folder[0] ? unusable_reason : NULL; }

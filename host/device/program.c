@@ -177,6 +177,16 @@ static void program_forget(Device *device, Program *program)
   free(program);
 }
 
+// Tells the user, once, why nothing is to be seen: kernels that are in no cache take their time. Called with the lock held.
+static void build_announce(Device *device, double ms, Log *log)
+{
+  const double patience_ms = 300;
+  if (device->build_ms > patience_ms) return;
+  device->build_ms += ms;
+  if (device->build_ms > patience_ms)
+    log_info(log, "%s: compiling kernels: seconds on a first run, later ones find them compiled", device->info.name);
+}
+
 Status program_build(Program **out, Device *device, const char *path, const char *options, Log *log)
 {
   Status status = STATUS_OK;
@@ -192,9 +202,11 @@ Status program_build(Program **out, Device *device, const char *path, const char
   }
   if (!program->program) {
     cl_program compiled = NULL;
+    double begin_ms = clock_ms();
     pthread_mutex_unlock(&device->programs_lock);
     status = program_compile(&compiled, device, path, all_options, log);
     pthread_mutex_lock(&device->programs_lock);
+    build_announce(device, clock_ms() - begin_ms, log);
     program->program = compiled;
     pthread_cond_broadcast(&device->program_built);
     if (status) {

@@ -31,4 +31,5 @@ CameraInfo camera_info(const Camera *camera, const PictureArea *area);
 
 Status camera_rays_make(CameraRays *out, Device *device, const CameraInfo *info, uint32_t samples, Log *log);
 void camera_rays_free(CameraRays *camera);
-Status camera_rays_generate(const CameraRays *camera, Device *device, const Wave *wave, const RayStream *stream, Log *log);
+Status camera_rays_generate(const CameraRays *camera, Device *device, const Wave *wave, const RayStream *stream,
+                            Log *log);

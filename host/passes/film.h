@@ -8,9 +8,9 @@
 typedef struct Film {
   Program *accumulate_program, *resolve_program, *aov_program;
   Kernel accumulate, resolve, aov;
-  DeviceBuffer info;              // ResolveInfo
-  DeviceBuffer sums;              // Float4 by pixel
-  DeviceBuffer picture;           // Float4 by pixel
+  DeviceBuffer info;                 // ResolveInfo
+  DeviceBuffer sums;                 // Float4 by pixel
+  DeviceBuffer picture;              // Float4 by pixel
   DeviceBuffer aov_values, aov_ids;  // planes of shared/aov.h; empty without AOVs
 } Film;
 
@@ -18,10 +18,11 @@ Status film_make(Film *out, Device *device, const DeviceScene *scene, const Came
 void film_free(Film *film);
 
 // Adds the wave's samples to `sums` (film->sums, or a buffer like it).
-Status film_accumulate(const Film *film, Device *device, const CameraRays *camera, const Wave *wave, const DeviceBuffer *radiance,
-                       const DeviceBuffer *sums, Log *log);
+Status film_accumulate(const Film *film, Device *device, const CameraRays *camera, const Wave *wave,
+                       const DeviceBuffer *radiance, const DeviceBuffer *sums, Log *log);
 Status film_aov(const Film *film, Device *device, const DeviceScene *scene, const CameraRays *camera, const Wave *wave,
                 const RayStream *rays, const HitStream *hits, Log *log);
 
 // Turns sums into values; out is [height][width][4].
-Status film_resolve(const Film *film, Device *device, const DeviceBuffer *sums, const ResolveInfo *info, float *out, Log *log);
+Status film_resolve(const Film *film, Device *device, const DeviceBuffer *sums, const ResolveInfo *info, float *out,
+                    Log *log);

@@ -15,7 +15,8 @@ typedef struct HitStream {
 } HitStream;
 
 // `segments` streams of `capacity` rays behind each other (one a light, for shadow rays).
-Status ray_stream_make(RayStream *out, Device *device, uint32_t capacity, uint32_t segments, const char *what, Log *log);
+Status ray_stream_make(RayStream *out, Device *device, uint32_t capacity, uint32_t segments, const char *what,
+                       Log *log);
 void ray_stream_free(RayStream *stream);
 Status hit_stream_make(HitStream *out, Device *device, uint32_t capacity, Log *log);
 void hit_stream_free(HitStream *stream);

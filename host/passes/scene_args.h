@@ -5,9 +5,9 @@
 #include "device_scene/device_scene.h"
 
 // AttributeSources of cl/lib/texture.cl.
-#define ATTRIBUTE_ARGS(scene)                                                                                       \
-  ARG_BUFFER((scene)->corners), ARG_BUFFER((scene)->uvs), ARG_BUFFER((scene)->colors), ARG((scene)->vertex_count),  \
-      ARG_BUFFER((scene)->materials), ARG_BUFFER((scene)->textures), ARG_BUFFER((scene)->texels),                   \
+#define ATTRIBUTE_ARGS(scene)                                                                                      \
+  ARG_BUFFER((scene)->corners), ARG_BUFFER((scene)->uvs), ARG_BUFFER((scene)->colors), ARG((scene)->vertex_count), \
+      ARG_BUFFER((scene)->materials), ARG_BUFFER((scene)->textures), ARG_BUFFER((scene)->texels),                  \
       ARG_BUFFER((scene)->linear_from_byte)
 
 // Work-items that cover `rays` rays or pixels.

@@ -17,7 +17,7 @@ typedef struct Shader {
 typedef struct ShadeStreams {
   const RayStream *rays;
   const HitStream *hits;
-  const RayStream *shadow;     // LIGHTS_PER_LAUNCH segments at most
+  const RayStream *shadow;  // LIGHTS_PER_LAUNCH segments at most
   const RayStream *reflected, *transmitted;
   const DeviceBuffer *radiance;  // Float4 by slot
 } ShadeStreams;
@@ -26,5 +26,5 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, Log *l
 void shader_free(Shader *shader);
 
 // Shades rays [0, count) under `info` (a batch of lights) and returns how many rays were spawned, by stream.
-Status shade(const Shader *shader, Device *device, const DeviceScene *scene, const ShadeStreams *streams, uint32_t count,
-             const ShadeInfo *info, uint32_t counts[STREAM_COUNTS], const char *sentence, Log *log);
+Status shade(const Shader *shader, Device *device, const DeviceScene *scene, const ShadeStreams *streams,
+             uint32_t count, const ShadeInfo *info, uint32_t counts[STREAM_COUNTS], const char *sentence, Log *log);

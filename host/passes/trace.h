@@ -17,9 +17,11 @@ Status tracer_make(Tracer *out, Device *device, const DeviceScene *scene, Log *l
 void tracer_free(Tracer *tracer);
 
 // Nearest hit of rays [0, count) with t_min < t <= t_max; back faces of single-sided triangles are open.
-Status trace_closest(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream, uint32_t count,
-                     float t_min, const HitStream *hits, Coherence coherence, const char *sentence, Log *log);
+Status trace_closest(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
+                     uint32_t count, float t_min, const HitStream *hits, Coherence coherence, const char *sentence,
+                     Log *log);
 
 // Adds the weight of each ray of [0, count) in segment `segment` to radiance[slot] if nothing lies in 0 < t < t_max.
-Status trace_any(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream, uint32_t segment,
-                 uint32_t count, const DeviceBuffer *radiance, Coherence coherence, const char *sentence, Log *log);
+Status trace_any(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
+                 uint32_t segment, uint32_t count, const DeviceBuffer *radiance, Coherence coherence,
+                 const char *sentence, Log *log);

@@ -4,7 +4,7 @@
 static const signed char pattern_2[][2] = {{4, 4}, {-4, -4}};
 static const signed char pattern_4[][2] = {{-2, -6}, {6, -2}, {-6, 2}, {2, 6}};
 static const signed char pattern_8[][2] = {{1, -3}, {-1, 3}, {5, 1}, {-3, -5}, {-5, 5}, {-7, -1}, {3, 7}, {7, -7}};
-static const signed char pattern_16[][2] = {{1, 1},  {-1, -3}, {-3, 2},  {4, -1}, {-5, -2}, {2, 5},   {5, 3},  {3, -5},
+static const signed char pattern_16[][2] = {{1, 1},  {-1, -3}, {-3, 2},  {4, -1}, {-5, -2}, {2, 5},  {5, 3}, {3, -5},
                                             {-2, 6}, {0, -7},  {-4, -6}, {-6, 4}, {-8, 0},  {7, -4}, {6, 7}, {-7, -8}};
 
 static double radical_inverse(uint32_t index, uint32_t base)

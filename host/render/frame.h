@@ -23,8 +23,8 @@ typedef struct FrameRequest {
   PictureArea area;
   uint32_t samples;
   Plan plan;
-  uint32_t aovs;               // of AovSet
-  bool flat_background;        // camera rays that miss see this radiance in place of the environment
+  uint32_t aovs;         // of AovSet
+  bool flat_background;  // camera rays that miss see this radiance in place of the environment
   float background[3];
   FrameProgress progress;
   void *progress_context;
@@ -49,7 +49,7 @@ typedef struct Frame {
   uint32_t capacity;  // of a stream
   RayStream shadow;
   HitStream hits;
-  DeviceBuffer radiance;  // Float4 by slot of the wave
+  DeviceBuffer radiance;                             // Float4 by slot of the wave
   DeviceBuffer own_sums, unshadowed_sums, lit_sums;  // of the first hits, for AOV_SET_SHADOW
   DeviceBuffer direct_sums;                          // of all that camera rays see, for AOV_SET_REFLECTION
 } Frame;

@@ -43,7 +43,8 @@ void profile_print(FILE *out, const Timeline *timeline, double total_ms)
       if (row->on_device != device) continue;
       fprintf(out, "%-34s %8u ", row->name, row->launches);
       if (row->items)
-        fprintf(out, "%12llu %10.2f %10.1f\n", (unsigned long long)row->items, row->ms, 1e-3 * (double)row->items / row->ms);
+        fprintf(out, "%12llu %10.2f %10.1f\n", (unsigned long long)row->items, row->ms,
+                1e-3 * (double)row->items / row->ms);
       else
         fprintf(out, "%12s %10.2f\n", "", row->ms);
     }
@@ -58,8 +59,9 @@ json_t *profile_json(const Timeline *timeline)
   size_t count = rows_make(&rows, timeline);
   json_t *list = json_array();
   for (size_t i = 0; i < count && list; i++)
-    json_array_append_new(list, json_pack("{s:s, s:b, s:i, s:I, s:f}", "name", rows[i].name, "on_device", rows[i].on_device,
-                                          "launches", rows[i].launches, "items", (json_int_t)rows[i].items, "ms", rows[i].ms));
+    json_array_append_new(
+        list, json_pack("{s:s, s:b, s:i, s:I, s:f}", "name", rows[i].name, "on_device", rows[i].on_device, "launches",
+                        rows[i].launches, "items", (json_int_t)rows[i].items, "ms", rows[i].ms));
   free(rows);
   return list;
 }
@@ -70,10 +72,10 @@ Status profile_write_trace(const char *path, const Timeline *timeline, Log *log)
   json_t *events = json_array(), *root = NULL;
   for (size_t i = 0; i < timeline->count && events; i++) {
     const Span *span = &timeline->spans[i];
-    json_array_append_new(events, json_pack("{s:s, s:s, s:f, s:f, s:i, s:i, s:{s:I}}", "name", span->name, "ph", "X", "ts",
-                                            1e3 * (span->begin_ms - timeline->spans[0].begin_ms), "dur",
-                                            1e3 * (span->end_ms - span->begin_ms), "pid", 1, "tid", span->on_device ? 2 : 1,
-                                            "args", "items", (json_int_t)span->items));
+    json_array_append_new(events, json_pack("{s:s, s:s, s:f, s:f, s:i, s:i, s:{s:I}}", "name", span->name, "ph", "X",
+                                            "ts", 1e3 * (span->begin_ms - timeline->spans[0].begin_ms), "dur",
+                                            1e3 * (span->end_ms - span->begin_ms), "pid", 1, "tid",
+                                            span->on_device ? 2 : 1, "args", "items", (json_int_t)span->items));
   }
   root = json_pack("{s:o, s:s}", "traceEvents", events, "displayTimeUnit", "ms");
   TRY(json_write(path, root, log));

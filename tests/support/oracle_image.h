@@ -23,7 +23,7 @@ typedef struct OracleImage {
 } OracleImage;
 
 // Above this a pixel is `stable`: rays in single precision find the same triangles, lights and reflections.
-#define ORACLE_STABLE 1e-4
+#define ORACLE_STABLE 2e-5
 bool oracle_image_stable(const OracleImage *image, uint32_t x, uint32_t y);
 
 // Single-sided back faces are open to camera and reflected rays and block shadow rays; BLEND composes along the ray.

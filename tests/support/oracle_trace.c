@@ -183,14 +183,16 @@ static void candidate_measure(Candidate *out, const OracleScene *scene, const Or
   View view;
   uint32_t flags = scene->triangles[triangle].flags;
   *out = (Candidate){.triangle = triangle, .coverage = 1, .cover_margin = ORACLE_MARGIN_MAX};
+  double margin = INFINITY;
   view_make(&view, out, scene, ray);
   candidate_place(out, &view);
   double least_volume =
       least(view.side * view.volume[0], least(view.side * view.volume[1], view.side * view.volume[2]));
   out->inside = view.det > 0 && least_volume >= 0;
   out->culled = ray->cull && (flags & ORACLE_SINGLE_SIDED) && view.side > 0;
-  if (out->inside && (flags & ORACLE_SEE_THROUGH) && scene->coverage)
-    out->coverage = scene->coverage(scene, triangle, out->u, out->v, &out->cover_margin);
+  if (!out->inside || !(flags & ORACLE_SEE_THROUGH) || !scene->coverage) return;
+  out->coverage = scene->coverage(scene, triangle, out->u, out->v, &margin);
+  out->cover_margin = least(margin / most(out->u_condition, out->v_condition), ORACLE_MARGIN_MAX);
 }
 
 static Candidates candidates_find(const OracleScene *scene, const OracleRay *ray)
@@ -232,7 +234,8 @@ static double after(const Candidate *at, double end, double condition)
 static double firmness(const Candidate *at, const OracleRay *ray)
 {
   double range = least(before(at, ray->t_max, 0), after(at, ray->t_min, 0));
-  if ((at->t - ray->t_min) / at->unit_t * at->thickness <= ray->start_margin) return 0;
+  double ahead = at->t - ray->t_min, depth = at->t_high - at->t_low + ray->start_margin * at->unit_t;
+  if (ahead <= depth && ahead / at->unit_t * at->thickness <= ray->start_margin) return 0;
   return least(least(at->inset, range), at->cover_margin);
 }
 

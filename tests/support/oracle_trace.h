@@ -8,10 +8,13 @@
 typedef struct OracleRay {
   Vec3 origin, direction;
   double t_min, t_max;
-  uint32_t skip;        // id of a triangle left out, the one the ray starts on; ORACLE_MISS for none
-  bool cull;            // single-sided triangles are open from behind (camera and reflected rays)
-  double reach_m;       // margins count lengths below this one as this long: for an origin that a device has rounded
-  double start_margin;  // hits whose margin from t_min is no larger may be left out: have a margin of 0
+  uint32_t skip;   // id of a triangle left out, the one the ray starts on; ORACLE_MISS for none
+  bool cull;       // single-sided triangles are open from behind (camera and reflected rays)
+  double reach_m;  // margins count lengths below this one as this long: for an origin that a device has rounded
+  // An arithmetic may refuse hits so near to t_min that it cannot tell on which side they are. Those have a margin of 0
+  // that are no further than their triangle is deep, and, as a share of the distance of its vertices, than this over the
+  // height at which it is seen.
+  double start_margin;
 } OracleRay;
 
 // Skips nothing, culls nothing, reach 0.
