@@ -1,8 +1,9 @@
 // Pictures of the shipped scenes as they were when someone last looked at them: tests/golden/*.png.
 //
-// A picture fails when more than 1 pixel in 500 is off by more than 2/255: other CPUs, lane widths and OpenCL compilers
-// flip a sample at an edge here and there (1 pixel in 5000 is the most seen), and round colours to the neighbouring byte.
-// What was rendered is then kept in BUILD/golden, with a picture of the difference.
+// A picture fails when more than 1 pixel in 1000 is off by more than 2/255: other CPUs and OpenCL compilers flip a
+// sample at an edge here and there and round colours to the neighbouring byte. Eight lanes and Intel's compiler gave
+// no such pixel; contraction of multiply and add, which the kernels forbid, gave 1 in 14400. What was rendered is then
+// kept in BUILD/golden, with a picture of the difference.
 //
 // A change that is meant: look at BUILD/golden, then run the test with FRUGAL_UPDATE_GOLDENS=1 and commit what changed.
 
@@ -22,7 +23,7 @@
 #include "support/oracle_scene.h"
 
 #define FOLDER "tests/golden"
-#define MOST_OVER 0.002
+#define MOST_OVER 0.001
 
 static Log golden_log;
 static ImageHelper *images;
@@ -98,7 +99,7 @@ static void golden_check(const char *name, const char *got)
   remove(kept_path(name, ".difference.png"));
   assert_fine(image_compare_files(&error, images, golden, got, NULL, &golden_log));
   print_message("%-12s %.5f of the pixels over 2/255, rmse %.1e\n", name, error.over_share, error.rmse);
-  if (error.over_share <= MOST_OVER && error.rmse <= 0.01) return;
+  if (error.over_share <= MOST_OVER && error.rmse <= 0.005) return;
 
   ComparePicture wanted, rendered;
   file_copy(kept_path(name, ".png"), got);

@@ -151,7 +151,7 @@ static void without_reflections_mirrors_stay_dark(void **state)
 // ---- the camera's range ---------------------------------------------------------------------------------------------
 
 // A red screen nearer than znear that shades a floor, a green wall farther than zfar, a blue one as far behind the
-// camera, and a mirror on the left.
+// camera, and a mirror on the left with a yellow sign before it, nearer than znear, which faces the mirror alone.
 static Scene range_scene(void)
 {
   Scene scene = scene_empty();
@@ -159,7 +159,9 @@ static Scene range_scene(void)
   red.double_sided = true;
   int screen = scene_add_material(&scene, red), wall = scene_add_material(&scene, material_glowing(vec3(0, 2, 0)));
   int behind = scene_add_material(&scene, material_glowing(vec3(0, 0, 3)));
+  int sign = scene_add_material(&scene, material_glowing(vec3(2, 2, 0)));
   int floor = scene_add_material(&scene, material_plain(vec3(0.5, 0.5, 0.5), 0, 1));
+  scene_add_quad(&scene, sign, vec3(-4, 2.8, 0.8), vec3(0, 0.8, 0), vec3(1, 0, 0));
   scene_add_quad(&scene, screen, vec3(-0.5, 1, 9), vec3(1, 0, 0), vec3(0, 1, 0));
   scene_add_quad(&scene, wall, vec3(-20, -20, -20), vec3(40, 0, 0), vec3(0, 40, 0));
   scene_add_quad(&scene, behind, vec3(-40, -3, 60), vec3(0, 15, 0), vec3(80, 0, 0));
@@ -198,6 +200,7 @@ static void znear_and_zfar_bound_what_the_camera_sees_and_nothing_else(void **st
     // In the mirror both are seen: the screen's back, at -0.25 x 10 / 19, and the wall behind the camera.
     assert_radiance(seen_at(&picture, &camera, vec3(-0.132, 1.5, 0)), red, 1e-6);
     assert_radiance(seen_at(&picture, &camera, vec3(-5.2, 2.5, 0)), blue, 1e-6);
+    if (bounded) assert_radiance(seen_at(&picture, &camera, vec3(-3.24, 3.07, 0)), vec3(2, 2, 0), 1e-6);
     // The screen's shadow lies at z = 9 - 2 y, and its own edge beside it.
     if (bounded) assert_radiance(seen_at(&picture, &camera, vec3(0.3, 0, 6)), black, 0);
     if (bounded) assert_true(seen_at(&picture, &camera, vec3(0.7, 0, 6))[0] > 0.05);

@@ -2,8 +2,8 @@
 //
 // "Within 1e-4" means: |kernel - oracle| <= 1e-4 |oracle| + 1e-9 of the light that arrives + what the oracle itself
 // changes by when its inputs move by as much as float arithmetic moves them (points by 2e-6 of their coordinates;
-// components of unit vectors, and the cosines of cones, by 2^-22). The last term is no excuse where a picture would show
-// it: tame cases, all but grazing angles, narrow lobes, the borders of cones and ranges, and what is less than a
+// components of unit vectors, and the cosines of cones, by 2^-22). The last term is no excuse where a picture would
+// show it: tame cases, all but grazing angles, narrow lobes, the borders of cones and ranges, and what is less than a
 // thousandth of the light, must do with as much again as the first.
 
 #include <setjmp.h>

@@ -12,7 +12,6 @@
 #include "support/scene_build.h"
 #include "support/shade_lab.h"
 
-
 static void assert_close(const float got[3], Vec3 wanted, double relative, double absolute, const char *what,
                          uint32_t i)
 {

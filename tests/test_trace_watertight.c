@@ -66,6 +66,7 @@ static void assert_no_leak(Soup *soup, const float low[3], const float high[3], 
   TraceHit *hits = oracle_array(count, sizeof *hits);
   for (uint32_t i = 0; i < count; i++) rays[i] = ray_make(soup, &random, low, high, box);
   trace_fixture_make(&fixture, soup);
+  uint32_t all_leaks = 0;
   for (int kernel = 0; kernel < TRACE_KERNELS; kernel++) {
     uint32_t leaks = 0;
     trace_fixture_closest(hits, &fixture, (TraceKernel)kernel, rays, count, 0);
@@ -75,11 +76,13 @@ static void assert_no_leak(Soup *soup, const float low[3], const float high[3], 
       if (leaks++ < 3) printf("leak: from %a %a %a along %a %a %a\n", o[0], o[1], o[2], d[0], d[1], d[2]);
     }
     if (leaks) printf("%s: %u leaks of %u\n", trace_kernel_names[kernel], leaks, count);
+    all_leaks += leaks;
   }
   trace_fixture_free(&fixture);
   free(rays);
   free(hits);
   soup_free(soup);
+  assert_int_equal(all_leaks, 0);
 }
 
 static void bumpy_sphere_never_leaks(void **state)
@@ -127,7 +130,8 @@ static void long_corridor_never_leaks(void **state)
   assert_no_leak(&soup, low, high, false);
 }
 
-// Cells 2^-40 to 1 wide: every aspect of sliver, and triangles far smaller than rounding.
+// Cells from 3 x 10^-7 to 1 wide: every aspect of sliver down to what rounding leaves of one a metre away. The rays start
+// where no needle reaches behind them: where a ray meets one that is seen as thin as rounding cannot be told then.
 static void box_of_slivers_never_leaks(void **state)
 {
   static const float corners[2][3] = {{-1, -1, -1}, {1, 1, 1}}, low[3] = {-0.01f, -0.01f, -0.01f},
@@ -137,7 +141,7 @@ static void box_of_slivers_never_leaks(void **state)
   for (uint32_t i = 0; i < soup.vertex_count; i++)
     for (int axis = 0; axis < 3; axis++) {
       float *at = &soup.positions[i][axis];
-      *at = (float)(pow(fabs(*at), 9) * (*at < 0 ? -1 : 1));
+      *at = (float)(pow(fabs(*at), 5) * (*at < 0 ? -1 : 1));
     }
   assert_no_leak(&soup, low, high, false);
 }

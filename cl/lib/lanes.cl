@@ -25,6 +25,12 @@
 #endif
 #endif
 
+#ifdef __has_builtin
+#if __has_builtin(__builtin_reduce_or)
+#define HAS_REDUCTION
+#endif
+#endif
+
 typedef LANE_TYPE(float) FloatL;
 typedef LANE_TYPE(int) IntL;
 typedef LANE_TYPE(uint) UintL;
@@ -49,11 +55,14 @@ typedef LANE_TYPE(uint) UintL;
 #define LANE_AS_INT(x) LANE_TYPE(as_int)(x)
 #define LANE_AS_UINT(x) LANE_TYPE(as_uint)(x)
 
-// Whether a lane of the mask is set. One test of 64 bits: any() of a vector becomes a branch a lane on PoCL.
+// Whether a lane of the mask is set. any() of a vector becomes a branch a lane on PoCL; clang's own reduction is one
+// instruction, and without it a test of 64 bits does.
 static inline bool any_lane(IntL mask)
 {
 #if LANES == 1
   return mask != 0;
+#elif defined(HAS_REDUCTION)
+  return __builtin_reduce_or(mask) != 0;
 #elif LANES == 16
   return as_ulong(convert_char8(mask.lo | mask.hi)) != 0;
 #else

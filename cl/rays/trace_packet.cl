@@ -17,10 +17,9 @@
 //   From  Wald, Slusallek, Benthin, Wagner, "Interactive Rendering with Coherent Ray Tracing", 2001; Aila, Laine,
 //         "Understanding the Efficiency of Ray Traversal on GPUs", 2009; Ize, "Robust BVH Ray Traversal", JCGT 2013.
 
-#include "lib/alpha.cl"
+#include "lib/hit.cl"
 #include "lib/ray_stream.cl"
 #include "lib/slab.cl"
-#include "lib/triangle.cl"
 
 #define STACK_SIZE 64  // above BVH_MAX_DEPTH of host/accel
 
@@ -67,7 +66,7 @@ static inline TriangleHit packet_triangle(global const BvhTriangle *triangle, co
   float4 first = vload4(0, &triangle->vertex[0][0]);
   float4 second = vload4(1, &triangle->vertex[0][0]);
   float third = triangle->vertex[2][2];
-  float3 a = first.xyz, b = (float3)(first.w, second.xy), c = (float3)(second.zw, third);
+  float3 a = first.xyz, b = (float3)(first.w, second.x, second.y), c = (float3)(second.z, second.w, third);
   if (kz == 0) a = a.yzx, b = b.yzx, c = c.yzx;
   if (kz == 1) a = a.zxy, b = b.zxy, c = c.zxy;
   return triangle_intersect(ray, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
@@ -87,19 +86,10 @@ static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uin
   for (uint i = first; i < first + count; i++) {
     uint id = triangles[i].id, flags = triangles[i].flags;
     TriangleHit hit = packet_triangle(&triangles[i], ray, kz);
-    IntL accept = hit.inside & group & (hit.t > p->t_min);
-    if (any_hit) {
-      accept = accept & (hit.t < p->t_max) & !p->occluded;
-    } else {
-      accept = accept & ((hit.t < p->t) | ((hit.t == p->t) & (UINTL(id) < p->id)));
-      if (flags & TRIANGLE_SINGLE_SIDED)
-        accept = accept & ((hit.determinant_positive != INTL(0)) == (positive_kz != INTL(0)));
-    }
+    IntL accept = any_hit ? hit.inside & group & (hit.t > p->t_min) & (hit.t < p->t_max) & !p->occluded
+                          : hit_is_closest(&hit, group, p->t_min, p->t, p->id, id, flags, positive_kz);
     if (!any_lane(accept)) continue;
-    accept = accept & (hit.t > hit.t_error);
-#ifdef HAS_MASK
-    if (flags & TRIANGLE_MASKED) accept = accept & alpha_passes(attributes, id, accept, hit.u, hit.v);
-#endif
+    accept = hit_counts(&hit, accept, id, flags, attributes);
     if (any_hit) {
 #ifdef HAS_BLEND
       if (flags & TRIANGLE_BLENDED) {

@@ -54,13 +54,14 @@ Status buffer_write(Device *device, DeviceBuffer *buffer, const void *from, size
   return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "a transfer to it", error);
 }
 
-Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log)
+Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log) { return buffer_fill_words(device, buffer, 0, log); }
+
+Status buffer_fill_words(Device *device, DeviceBuffer *buffer, uint32_t word, Log *log)
 {
   if (buffer->bytes == 0) return STATUS_OK;
-  cl_uint zero = 0;
-  cl_int error = clEnqueueFillBuffer(device->queue, buffer->memory, &zero, sizeof zero, 0, buffer->bytes & ~(size_t)3,
+  cl_int error = clEnqueueFillBuffer(device->queue, buffer->memory, &word, sizeof word, 0, buffer->bytes & ~(size_t)3,
                                      0, NULL, NULL);
-  return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "clearing a buffer", error);
+  return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "filling a buffer", error);
 }
 
 Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log)

@@ -44,6 +44,17 @@ static void info_string(cl_device_id id, cl_device_info key, char *out, size_t s
   out[size - 1] = 0;
 }
 
+static bool has_extension(cl_device_id id, const char *name)
+{
+  size_t size = 0;
+  if (clGetDeviceInfo(id, CL_DEVICE_EXTENSIONS, 0, NULL, &size) != CL_SUCCESS) return false;
+  char *list = malloc(size + 1);
+  if (!list) return false;
+  bool found = clGetDeviceInfo(id, CL_DEVICE_EXTENSIONS, size, list, NULL) == CL_SUCCESS && strstr(list, name);
+  free(list);
+  return found;
+}
+
 static void candidate_describe(Candidate *candidate)
 {
   DeviceInfo *info = &candidate->info;
@@ -56,6 +67,7 @@ static void candidate_describe(Candidate *candidate)
   clGetDeviceInfo(id, CL_DEVICE_TYPE, sizeof type, &type, NULL);
   info->is_gpu = type & CL_DEVICE_TYPE_GPU;
   info->is_pocl = strstr(info->platform, "Portable Computing Language") != NULL;
+  info->int64_atomics = has_extension(id, "cl_khr_int64_extended_atomics");
   cl_ulong bytes = 0;
   clGetDeviceInfo(id, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof bytes, &bytes, NULL);
   info->memory_bytes = bytes;

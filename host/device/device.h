@@ -21,6 +21,7 @@ typedef struct DeviceTraits {
 typedef struct DeviceInfo {
   char name[128], platform[128], driver[128], version[128];
   bool is_gpu, is_pocl;
+  bool int64_atomics;  // cl_khr_int64_extended_atomics
   uint64_t memory_bytes, max_buffer_bytes;
   uint32_t compute_units;
   uint32_t vector_width;  // native floats in a register
@@ -57,6 +58,9 @@ Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void
 void buffer_free(DeviceBuffer *buffer);
 Status buffer_write(Device *device, DeviceBuffer *buffer, const void *from, size_t bytes, Log *log);
 Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log);
+
+// Sets every 32-bit word of the buffer. Errors: STATUS_DEVICE.
+Status buffer_fill_words(Device *device, DeviceBuffer *buffer, uint32_t word, Log *log);
 
 // Waits for all launches before it, then copies `bytes` from the start of the buffer.
 Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log);

@@ -28,8 +28,8 @@ bool oracle_image_stable(const OracleImage *image, uint32_t x, uint32_t y);
 
 // Single-sided back faces are open to camera and reflected rays and block shadow rays; BLEND composes along the ray.
 // Surfaces that are no mirrors reflect nothing but lights and environment, and nothing stands in the environment's way
-// (oracle_environment_light). Not defined (margin 0): pixels whose shading normal faces away from the ray, or reflects it
-// below the geometric plane. Sets scene->coverage to that of oracle_surface.h. Runs on all cores.
+// (oracle_environment_light). Not defined (margin 0): pixels whose shading normal faces away from the ray, or reflects
+// it below the geometric plane. Sets scene->coverage to that of oracle_surface.h. Runs on all cores.
 OracleImage oracle_image_render(OracleScene *scene, const Camera *camera, const OracleOptions *options);
 void oracle_image_free(OracleImage *image);
 

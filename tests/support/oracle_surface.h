@@ -20,6 +20,6 @@ OraclePoint oracle_surface_at(const OracleScene *scene, const OracleRay *ray, co
 // What MASK cuts (0 or 1) and BLEND stops (its alpha): an OracleCoverage.
 double oracle_surface_coverage(const OracleScene *scene, uint32_t triangle, double u, double v, double *margin);
 
-// Four channels of a texture at (u, v), v = 0 at the top, level 0, texel centres at (i + 1/2) / size. With `srgb` colour
-// becomes linear texel by texel, before the filter. Lowers *margin near the border of a nearest-filtered texel.
+// Four channels of a texture at (u, v), v = 0 at the top, level 0, texel centres at (i + 1/2) / size. With `srgb`
+// colour becomes linear texel by texel, before the filter. Lowers *margin near the border of a nearest-filtered texel.
 void oracle_texture_at(double out[4], const Scene *model, int texture, double u, double v, bool srgb, double *margin);

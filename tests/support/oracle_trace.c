@@ -234,8 +234,8 @@ static double after(const Candidate *at, double end, double condition)
 static double firmness(const Candidate *at, const OracleRay *ray)
 {
   double range = least(before(at, ray->t_max, 0), after(at, ray->t_min, 0));
-  double ahead = at->t - ray->t_min, depth = at->t_high - at->t_low + ray->start_margin * at->unit_t;
-  if (ahead <= depth && ahead / at->unit_t * at->thickness <= ray->start_margin) return 0;
+  double ahead = at->t - ray->t_min - ray->start_margin * at->unit_t;
+  if (ahead * at->thickness <= ray->start_margin * (at->t_high - at->t_low)) return 0;
   return least(least(at->inset, range), at->cover_margin);
 }
 

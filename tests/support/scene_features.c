@@ -103,7 +103,7 @@ static void panel_add(Scene *scene)
   material.normal_slot = slot_of(texture_make(scene, bumps_make), 0.8f, 0);
   material.normal_scale = 0.3f;
   material.emission[0] = material.emission[1] = 0.4f;
-  for (int i = 0; i < 3; i++) scene->textures[scene->texture_count - 1 - i].wrap_u = WRAP_CLAMP;
+  for (int i = 0; i < 3; i++) scene->textures[scene->texture_count - 1 - i].wrap_v = WRAP_CLAMP;
   scene->textures[material.metallic_roughness_slot.texture].nearest = true;
   uint32_t object = scene_add_quad(scene, scene_add_material(scene, material), vec3(-3.4, 0.2, -1.5), vec3(1.8, 0, -1),
                                    vec3(0, 2, 0));

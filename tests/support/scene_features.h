@@ -1,5 +1,5 @@
-// One small scene that goes through every path of the kernels: a stage with textures of all kinds, masks, glass, mirrors,
-// normal maps with and without tangents, vertex colours, a mirrored object and six lights.
+// One small scene that goes through every path of the kernels: a stage with textures of all kinds, masks, glass,
+// mirrors, normal maps with and without tangents, vertex colours, a mirrored object and six lights.
 #pragma once
 
 #include "scene/scene.h"

@@ -53,8 +53,8 @@ void lab_begin(ShadeLab *lab);
 void lab_add(ShadeLab *lab, const ShadeInfo *info);
 void lab_end(float (*out)[4], ShadeLab *lab);
 
-// The last launch's shadow rays of light `light` of its batch, reflected rays, and rays that BLEND lets through; as many
-// as `counts` says. The caller frees them.
+// The last launch's shadow rays of light `light` of its batch, reflected rays, and rays that BLEND lets through; as
+// many as `counts` says. The caller frees them.
 LabRay *lab_shadow_rays(ShadeLab *lab, uint32_t light);
 LabRay *lab_reflected_rays(ShadeLab *lab);
 LabRay *lab_transmitted_rays(ShadeLab *lab);

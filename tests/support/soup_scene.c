@@ -5,46 +5,33 @@
 
 #include "shared/bvh.h"
 #include "support/oracle_scene.h"
+#include "support/scene_build.h"
 
-enum { MATERIALS = 4, TEXELS = 8 };
+enum { TEXELS = 8 };
 
+// Textures 0 and 1.
 static void masks_make(Scene *scene, Random *random)
 {
-  scene->image_count = scene->texture_count = 2;
-  scene->images = oracle_array(2, sizeof *scene->images);
-  scene->textures = oracle_array(2, sizeof *scene->textures);
   for (int i = 0; i < 2; i++) {
-    scene->images[i] = (Image){.width = TEXELS, .height = TEXELS, .texels = oracle_array(TEXELS * TEXELS, 4)};
-    for (int texel = 0; texel < TEXELS * TEXELS; texel++)
-      scene->images[i].texels[4 * texel + 3] = random_next(random) >> 31 ? 255 : 0;
-    scene->textures[i] = (Texture){.image = i,
-                                   .wrap_u = i ? WRAP_MIRROR : WRAP_REPEAT,
-                                   .wrap_v = i ? WRAP_MIRROR : WRAP_REPEAT,
-                                   .nearest = i == 0};
+    uint8_t texels[TEXELS * TEXELS][4] = {{0}};
+    for (int texel = 0; texel < TEXELS * TEXELS; texel++) texels[texel][3] = random_next(random) >> 31 ? 255 : 0;
+    int index = scene_add_texture(scene, TEXELS, TEXELS, (const uint8_t(*)[4])texels);
+    Texture *texture = &scene->textures[index];
+    texture->wrap_u = texture->wrap_v = i ? WRAP_MIRROR : WRAP_REPEAT;
+    texture->nearest = i == 0;
   }
 }
 
-static void materials_make(Scene *scene)
+static void materials_make(Scene *scene, unsigned count)
 {
-  const TextureSlot none = {.texture = NONE, .uv_from_uv = {1, 0, 0, 0, 1, 0}};
-  scene->material_count = MATERIALS;
-  scene->materials = oracle_array(MATERIALS, sizeof *scene->materials);
-  for (unsigned flags = 0; flags < MATERIALS; flags++) {
-    bool single_sided = flags & TRIANGLE_SINGLE_SIDED, masked = flags & TRIANGLE_MASKED;
-    Material *material = &scene->materials[flags];
-    *material = (Material){.base_color = {1, 1, 1, 1},
-                           .roughness = 1,
-                           .alpha_mode = masked ? ALPHA_MASK : ALPHA_OPAQUE,
-                           .alpha_cutoff = 0.5f,
-                           .double_sided = !single_sided,
-                           .normal_scale = 1,
-                           .occlusion_strength = 1,
-                           .base_color_slot = none,
-                           .metallic_roughness_slot = none,
-                           .emission_slot = none,
-                           .normal_slot = none,
-                           .occlusion_slot = none};
-    if (masked) material->base_color_slot.texture = single_sided;
+  for (unsigned flags = 0; flags < count; flags++) {
+    Material material = material_plain(vec3(1, 1, 1), 0, 1);
+    material.double_sided = !(flags & TRIANGLE_SINGLE_SIDED);
+    if (flags & TRIANGLE_MASKED) {
+      material.alpha_mode = ALPHA_MASK;
+      material.base_color_slot.texture = material.double_sided ? 0 : 1;
+    }
+    scene_add_material(scene, material);
   }
 }
 
@@ -72,16 +59,15 @@ static Primitive primitive_make(const Soup *soup, uint32_t first, uint32_t end, 
 Scene scene_from_soup(const Soup *soup)
 {
   Random random = random_make(soup->triangle_count);
-  Scene scene = {.path = strdup("soup"), .mesh_count = 1, .object_count = 1};
+  Scene scene = scene_empty();
   uint32_t runs = 0, masked = 0;
   for (uint32_t i = 0; i < soup->triangle_count; i++) {
     runs += i == 0 || soup->flags[i] != soup->flags[i - 1];
     masked |= soup->flags[i] & TRIANGLE_MASKED;
   }
   if (masked) masks_make(&scene, &random);
-  materials_make(&scene);
-  // A scene without masks must not ask for the kernels that know them.
-  if (!masked) scene.material_count = 2;
+  materials_make(&scene, masked ? 4 : 2);  // without masks, kernels without their code
+  scene.object_count = scene.mesh_count = 1;
   scene.objects = oracle_array(1, sizeof *scene.objects);
   scene.objects[0].world_from_object = mat4_identity();
   scene.meshes = oracle_array(1, sizeof *scene.meshes);

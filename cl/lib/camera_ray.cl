@@ -1,0 +1,42 @@
+// The camera's ray through a sample of a pixel: computed in one place, so that raster and rays see the same bits.
+
+#include "lib/lanes.cl"
+#include "lib/tile.cl"
+#include "shared/camera.h"
+
+// Pixels of LANES neighbouring slots, of which the first is `within` (0..63) a tile.
+static inline void tile_pixels(UintL *x, UintL *y, uint tile, uint within, uint tiles_per_row)
+{
+  uint2 first = tile_pixel(tile, within & ~15u, tiles_per_row);
+  UintL inside = LANE_AS_UINT(INTL((int)(within & 15)) + LANE_INDEX);
+  *x = UINTL(first.x) + (inside & UINTL(3));
+  *y = UINTL(first.y) + (inside >> UINTL(2));
+}
+
+typedef struct CameraRay {
+  Vec3L origin, direction;  // the direction has a component of 1 along the view axis
+} CameraRay;
+
+static inline Vec3L broadcast3(Float3 v) { return vec3l(FLOATL(v.x), FLOATL(v.y), FLOATL(v.z)); }
+
+// Ray through sample `offset` (0..1 from the top left) of pixels (x, y).
+static inline CameraRay camera_ray(constant CameraInfo *camera, UintL x, UintL y, Float2 offset)
+{
+  FloatL scale = FLOATL(camera->scale);
+  FloatL to_right =
+      (LANE_CONVERT_FLOAT(x + UINTL(camera->crop_x)) + FLOATL(offset.x)) * scale - FLOATL(camera->center_x);
+  FloatL to_down =
+      (LANE_CONVERT_FLOAT(y + UINTL(camera->crop_y)) + FLOATL(offset.y)) * scale - FLOATL(camera->center_y);
+  Vec3L across = add3(scale3(broadcast3(camera->right), to_right), scale3(broadcast3(camera->down), to_down));
+  Vec3L position = broadcast3(camera->position), forward = broadcast3(camera->forward);
+  CameraRay ray = {camera->orthographic ? add3(position, across) : position,
+                   camera->orthographic ? forward : add3(forward, across)};
+  return ray;
+}
+
+// Where a sample's ray ends: the far plane; below 0 (inactive) outside the picture.
+static inline FloatL camera_ray_end(constant CameraInfo *camera, UintL x, UintL y)
+{
+  IntL visible = (x < UINTL(camera->width)) & (y < UINTL(camera->height));
+  return visible ? FLOATL(camera->far_m) : FLOATL(-1);
+}

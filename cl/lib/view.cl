@@ -1,0 +1,67 @@
+// Rows of a view (shared/view.h) applied to positions, and boxes against the planes that rows stand for.
+
+#include "lib/lanes.cl"
+#include "shared/raster.h"
+#include "shared/view.h"
+
+static inline FloatL row_dot(Float4 row, Vec3L a)
+{
+  return FLOATL(row.x) * a.x + FLOATL(row.y) * a.y + FLOATL(row.z) * a.z + FLOATL(row.w);
+}
+
+// The same for one position, and with the same bits.
+static inline float row_dot_one(Float4 row, const float a[3])
+{
+  return row.x * a[0] + row.y * a[1] + row.z * a[2] + row.w;
+}
+
+// p + scale q
+static inline Float4 row_sum(Float4 p, float scale, Float4 q)
+{
+  Float4 sum = {p.x + scale * q.x, p.y + scale * q.y, p.z + scale * q.z, p.w + scale * q.w};
+  return sum;
+}
+
+static inline Float4 row_scaled(Float4 p, float scale)
+{
+  Float4 scaled = {scale * p.x, scale * p.y, scale * p.z, scale * p.w};
+  return scaled;
+}
+
+// Could a point of the box have row >= 0 for every row of `planes`, rounding included?
+static inline bool bounds_meet(global const RasterBounds *bounds, constant RasterView *view, const Float4 *planes,
+                               uint count)
+{
+  float center[3], half_size[3], far_off = 0;
+  const float origin[3] = {view->origin.x, view->origin.y, view->origin.z};
+  for (uint axis = 0; axis < 3; axis++) {
+    center[axis] = 0.5f * (bounds->low[axis] + bounds->high[axis]) - origin[axis];
+    half_size[axis] = 0.5f * (bounds->high[axis] - bounds->low[axis]);
+    far_off += fabs(center[axis]) + half_size[axis];
+  }
+  for (uint i = 0; i < count; i++) {
+    Float4 p = planes[i];
+    float reach = fabs(p.x) * half_size[0] + fabs(p.y) * half_size[1] + fabs(p.z) * half_size[2];
+    float size = fabs(p.x) + fabs(p.y) + fabs(p.z);
+    float slack = 2 * RASTER_ROUNDING * (size * far_off + fabs(p.w)) + size * view->error_m;
+    if (row_dot_one(p, center) + reach < -slack) return false;
+  }
+  return true;
+}
+
+// Vertices of LANES triangles of a chunk, from number `first` on, relative to the view's origin.
+static inline void triangles_load(Vec3L corners[3], Vec3L relative[3], global const RasterBlock *blocks, uint first,
+                                  constant RasterView *view)
+{
+  global const RasterBlock *block = &blocks[first / RASTER_STEP];
+  uint slot = first % RASTER_STEP;
+  Vec3L origin = vec3l(FLOATL(view->origin.x), FLOATL(view->origin.y), FLOATL(view->origin.z));
+  for (uint i = 0; i < 3; i++) {
+    corners[i] = vec3l(LANE_LOAD(block->vertex[i][0], slot), LANE_LOAD(block->vertex[i][1], slot),
+                       LANE_LOAD(block->vertex[i][2], slot));
+    relative[i] = sub3(corners[i], origin);
+  }
+}
+
+static inline FloatL min3_lane(FloatL a, FloatL b, FloatL c) { return min_lane(min_lane(a, b), c); }
+static inline FloatL max3_lane(FloatL a, FloatL b, FloatL c) { return max_lane(max_lane(a, b), c); }

@@ -1,0 +1,83 @@
+// Vertex transform, culling, setup and binning for depth maps, LANES triangles at a time, for all views of a table.
+//
+//   in    blocks, bounds    the scene's triangles (triangle_pack.cl)
+//         views             [view_count], square maps of the same size, `columns` bins a side
+//   out   records  [view][chunk][RASTER_CHUNK + 1][DEPTH_WORDS], packed: triangles that may cover a texel's centre
+//         spans    [view][chunk]
+//         starts   [view][chunk][bins + 2], lists [view][chunk][RASTER_CHUNK * RASTER_LARGE_BINS] (lib/bins.cl)
+//
+//   Cost  one work-item a chunk and view; 44 bytes read a triangle, 64 written for one that survives.
+//   Either side of a triangle is drawn. What is behind the eye, beyond the far plane, off the map, without area or between
+//   the centres of texels is dropped here.
+
+#include "lib/bins.cl"
+#include "lib/map_triangle.cl"
+#include "lib/transpose.cl"
+
+// Could anything within the bounds be on the map?
+static inline bool bounds_on_map(global const RasterBounds *bounds, constant RasterView *view)
+{
+  Float4 before = view->w;
+  before.w -= view->least_w;
+  Float4 planes[6] = {view->x,
+                      row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
+                      view->y,
+                      row_sum(row_scaled(view->y, -1), (float)view->height, view->w),
+                      row_sum(row_scaled(view->depth, -1), 1, view->w),
+                      before};
+  return bounds_meet(bounds, view, planes, view->parallel ? 5 : 6);
+}
+
+kernel void depth_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
+                        uint chunk_count, constant RasterView *views, uint view_count, uint columns,
+                        global uint *records, global RasterSpan *spans, global uint *starts, global ushort *lists)
+{
+  uint item = get_global_id(0), chunk = first_chunk + item % chunk_count;
+  if (item >= chunk_count * view_count) return;
+  constant RasterView *view = &views[item / chunk_count];
+  Bins bins = {columns, 0, columns};
+  RasterSpan span = {0, columns, columns, 0, 0};
+  blocks += chunk * RASTER_CHUNK_BLOCKS;
+  records += item * (RASTER_CHUNK + 1) * DEPTH_WORDS;
+  starts += item * (bins_count(bins) + 2);
+  lists += item * (RASTER_CHUNK * RASTER_LARGE_BINS);
+  if (!bounds_on_map(&bounds[chunk], view)) {
+    spans[item] = span;
+    return;
+  }
+  bins_clear(starts, bins);
+  for (uint first = 0; first < RASTER_CHUNK; first += LANES) {
+    global const RasterBlock *block = &blocks[first / RASTER_STEP];
+    UintL flags = LANE_LOAD(block->flags, first % RASTER_STEP), id = LANE_LOAD(block->id, first % RASTER_STEP);
+    Vec3L corners[3], a[3];
+    triangles_load(corners, a, blocks, first, view);
+    MapTriangle t = map_triangle_setup(view, a, id == UINTL(RASTER_UNUSED));
+    uint bits = lane_bits(!t.culled);
+    if (!bits) continue;
+
+    UintL fields[DEPTH_WORDS];
+    const FloatL plane[6] = {t.depth[0],
+                             t.depth_x,
+                             t.depth_y,
+                             min3_lane(t.depth[0], t.depth[1], t.depth[2]),
+                             max3_lane(t.depth[0], t.depth[1], t.depth[2]),
+                             FLOATL(0)};
+    for (uint i = 0; i < 3; i++) {
+      fields[2 * i] = t.clipped ? LANE_AS_UINT(t.clip[i][0]) : LANE_AS_UINT(t.x[i]);
+      fields[2 * i + 1] = t.clipped ? LANE_AS_UINT(t.clip[i][1]) : LANE_AS_UINT(t.y[i]);
+      fields[DEPTH_PLANE + 2 * i] = LANE_AS_UINT(t.clipped ? t.clip[i][2] : plane[2 * i]);
+      fields[DEPTH_PLANE + 2 * i + 1] = LANE_AS_UINT(t.clipped ? t.clip[i][3] : plane[2 * i + 1]);
+    }
+    fields[DEPTH_BINS] = LANE_AS_UINT((t.first_x / INTL(RASTER_BIN_PX)) | (t.last_x / INTL(RASTER_BIN_PX)) << INTL(16));
+    fields[DEPTH_BINS + 1] =
+        LANE_AS_UINT((t.first_y / INTL(RASTER_BIN_PX)) | (t.last_y / INTL(RASTER_BIN_PX)) << INTL(16));
+    fields[DEPTH_NUMBER] = LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX);
+    fields[DEPTH_FLAGS] = t.clipped ? flags | UINTL(DEPTH_CLIPPED) : flags;
+    global uint *record = records + span.count * DEPTH_WORDS;
+    records_store(fields, DEPTH_WORDS, bits, record);
+    for (uint count = popcount(bits); count; count--, record += DEPTH_WORDS, span.count++)
+      bins_add(starts, bins, &span, record[DEPTH_BINS], record[DEPTH_BINS + 1]);
+  }
+  bins_fill(starts, bins, records, DEPTH_WORDS, DEPTH_BINS, span.count, lists);
+  spans[item] = span;
+}

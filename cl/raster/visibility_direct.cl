@@ -1,0 +1,246 @@
+// Raster of camera visibility on a GPU, triangle by triangle into a buffer of keys: the least (depth, id) of each slot of the
+// wave stays.
+//
+//   in    blocks, view        the scene's triangles and the camera's view of them
+//         camera, offsets     as the ray generator takes them
+//         wave                first_tile, tile_count, first_sample, sample_count
+//   out   keys                [slots]: bits of t << 32 | id; all ones before the first launch
+//         hits, hit_ids       the hit stream of the wave: the bits that trace_closest gives (visibility_resolve)
+//
+//   visibility_small   a work-item a triangle: draws it if its box is small, else lists it
+//   visibility_medium  RASTER_TEAM work-items a listed triangle of medium size
+//   visibility_large   a work-group a tile: looks at all large triangles, keeps those that meet the tile, draws them
+//   visibility_resolve a work-item a slot: t, u and v of the triangle that won
+//
+//   Cost  44 bytes a triangle, an intersection a triangle and sample of its box, 8 to 24 bytes a slot.
+//   Needs cl_khr_int64_extended_atomics; without it visibility_bins.cl does the same. LANES is 1.
+//   The lists hold every triangle of a pass: nothing overflows. Their order varies, the least key does not.
+//
+//   From  Kenzel, Kerbl, Schmalstieg, Steinberger, "A High-Performance Software Graphics Pipeline Architecture for the GPU",
+//         2018 (size classes); Karis, Stubbe, Wihlidal, "Nanite: A Deep Dive", 2021 (atomic depth and id).
+
+#pragma OPENCL EXTENSION cl_khr_int64_extended_atomics : enable
+
+#include "lib/camera_ray.cl"
+#include "lib/hit.cl"
+#include "lib/visible.cl"
+
+typedef struct Wave {
+  uint first_tile, tile_count, first_sample, sample_count;
+} Wave;
+
+// What a sample's test takes besides the triangle.
+typedef struct Scope {
+  constant CameraInfo *camera;
+  constant Float2 *offsets;
+  Wave wave;
+  float t_min;
+  const AttributeSources *attributes;
+} Scope;
+
+typedef struct Triangle {
+  float3 a, b, c;  // relative to the eye; in parallel projection world space
+  uint id, flags;
+} Triangle;
+
+static inline Triangle triangle_load(global const RasterBlock *blocks, uint number, constant RasterView *view)
+{
+  global const RasterBlock *block = &blocks[number / RASTER_STEP];
+  uint slot = number % RASTER_STEP;
+  float3 origin = view->parallel ? (float3)(0) : vload3(0, &view->origin.x);
+  Triangle t = {(float3)(block->vertex[0][0][slot], block->vertex[0][1][slot], block->vertex[0][2][slot]) - origin,
+                (float3)(block->vertex[1][0][slot], block->vertex[1][1][slot], block->vertex[1][2][slot]) - origin,
+                (float3)(block->vertex[2][0][slot], block->vertex[2][1][slot], block->vertex[2][2][slot]) - origin,
+                block->id[slot], block->flags[slot]};
+  return t;
+}
+
+// The intersection of a triangle with the ray through a sample; in perspective both are taken relative to the eye.
+static inline TriangleHit sample_intersect(bool *positive_kz, const Triangle *t, constant CameraInfo *camera, uint x,
+                                           uint y, Float2 offset)
+{
+  CameraRay ray = camera_ray(camera, x, y, offset);
+  uint kz = dominant_axis(ray.direction);
+  Vec3L origin = camera->orthographic ? ray.origin : vec3l(0, 0, 0);
+  ShearedRay sheared = shear_ray(origin, ray.direction, kz);
+  float3 a = t->a, b = t->b, c = t->c;
+  if (kz == 0) a = a.yzx, b = b.yzx, c = c.yzx;
+  if (kz == 1) a = a.zxy, b = b.zxy, c = c.zxy;
+  *positive_kz = component3(ray.direction, kz) > 0;
+  return triangle_intersect(&sheared, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
+}
+
+// The key of a triangle at a sample; all ones where it is not seen.
+static inline ulong sample_key(const Triangle *t, const Scope *scope, uint x, uint y, uint sample)
+{
+  bool positive_kz;
+  TriangleHit hit =
+      sample_intersect(&positive_kz, t, scope->camera, x, y, scope->offsets[scope->wave.first_sample + sample]);
+  bool seen = hit_is_closest(&hit, 1, scope->t_min, scope->camera->far_m, HIT_NONE, t->id, t->flags, positive_kz);
+  seen = seen && hit_counts(&hit, 1, t->id, t->flags, scope->attributes);
+  return seen ? (ulong)as_uint(hit.t) << 32 | t->id : ULONG_MAX;
+}
+
+// Slot of a pixel and sample of the wave; HIT_NONE where the wave does not hold it.
+static inline uint wave_slot(const Scope *scope, uint x, uint y, uint sample)
+{
+  uint tile = y / TILE_SIZE * scope->camera->tiles_per_row + x / TILE_SIZE, first = scope->wave.first_tile;
+  if (tile < first || tile >= first + scope->wave.tile_count) return HIT_NONE;
+  return (tile - first + sample * scope->wave.tile_count) * TILE_PIXELS + tile_slot(x, y);
+}
+
+static inline void sample_draw(const Triangle *t, const Scope *scope, uint x, uint y, uint sample, global ulong *keys)
+{
+  uint slot = wave_slot(scope, x, y, sample);
+  if (slot == HIT_NONE) return;
+  ulong key = sample_key(t, scope, x, y, sample);
+  if (key < keys[slot]) atom_min(&keys[slot], key);
+}
+
+#define ATTRIBUTE_PARAMETERS                                                                                       \
+  global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors, uint vertex_count, \
+      global const MaterialInfo *materials, global const TextureInfo *textures, global const uchar4 *texels,       \
+      constant float *linear_from_byte
+
+kernel void visibility_small(global const RasterBlock *blocks, uint first_triangle, uint triangle_count,
+                             constant RasterView *view, constant CameraInfo *camera, constant Float2 *offsets,
+                             uint first_tile, uint tile_count, uint first_sample, uint sample_count, float t_min,
+                             global ulong *keys, global RasterBox *medium, global RasterBox *large, global uint *counts,
+                             ATTRIBUTE_PARAMETERS)
+{
+  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  uint number = first_triangle + get_global_id(0);
+  if (get_global_id(0) >= triangle_count) return;
+  Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
+  Triangle triangle = triangle_load(blocks, number, view);
+  if (triangle.id == RASTER_UNUSED) return;
+  uint first_row = first_tile / camera->tiles_per_row * TILE_SIZE;
+  uint end_row = min(((first_tile + tile_count - 1) / camera->tiles_per_row + 1) * TILE_SIZE, camera->height);
+  float3 origin = view->parallel ? vload3(0, &view->origin.x) : (float3)(0);
+  const float3 p[3] = {triangle.a - origin, triangle.b - origin, triangle.c - origin};
+  const Vec3L a[3] = {vec3l(p[0].x, p[0].y, p[0].z), vec3l(p[1].x, p[1].y, p[1].z), vec3l(p[2].x, p[2].y, p[2].z)};
+  VisibleTriangle t = visible_setup(view, a, triangle.flags, 0);
+  if (t.culled || !visible_samples(&t, view, first_row, end_row, offsets + first_sample, sample_count)) return;
+  float2 low_offset = (float2)(0, 0), high_offset = (float2)(1, 1);
+  if (sample_count == 1) low_offset = high_offset = (float2)(offsets[first_sample].x, offsets[first_sample].y);
+  int x0 = max((int)ceil(max(t.low_x, -1.0f) - high_offset.x), 0),
+      y0 = max((int)ceil(max(t.low_y, -1.0f) - high_offset.y), (int)first_row);
+  int x1 = (int)floor(min(t.high_x, (float)view->width) - low_offset.x),
+      y1 = (int)floor(min(t.high_y, (float)end_row) - low_offset.y);
+  x1 = min(x1, (int)view->width - 1);
+  y1 = min(y1, (int)end_row - 1);
+  int width = x1 - x0 + 1, height = y1 - y0 + 1;
+  if (width <= 0 || height <= 0) return;
+  if (width > RASTER_SMALL_PX || height > RASTER_SMALL_PX || width * height > RASTER_SMALL_PX) {
+    bool fits = width <= RASTER_MEDIUM_PX && height <= RASTER_MEDIUM_PX;
+    RasterBox box = {number, 0, (uint)x0 | (uint)x1 << 16, (uint)y0 | (uint)y1 << 16};
+    uint at = atomic_inc(&counts[fits ? RASTER_MEDIUM_COUNT : RASTER_LARGE_COUNT]);
+    if (fits)
+      medium[at] = box;
+    else
+      large[at] = box;
+    return;
+  }
+  for (uint sample = 0; sample < sample_count; sample++)
+    for (int y = y0; y <= y1; y++)
+      for (int x = x0; x <= x1; x++) sample_draw(&triangle, &scope, (uint)x, (uint)y, sample, keys);
+}
+
+kernel void visibility_medium(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
+                              constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
+                              uint sample_count, float t_min, global ulong *keys, global const RasterBox *medium,
+                              global const uint *counts, ATTRIBUTE_PARAMETERS)
+{
+  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
+  uint member = get_global_id(0) % RASTER_TEAM, teams = get_global_size(0) / RASTER_TEAM,
+       count = counts[RASTER_MEDIUM_COUNT];
+  for (uint i = get_global_id(0) / RASTER_TEAM; i < count; i += teams) {
+    RasterBox box = medium[i];
+    Triangle triangle = triangle_load(blocks, box.number, view);
+    uint x0 = box.x & 0xffffu, y0 = box.y & 0xffffu, width = (box.x >> 16) - x0 + 1,
+         pixels = width * ((box.y >> 16) - y0 + 1);
+    for (uint sample = 0; sample < sample_count; sample++)
+      for (uint at = member; at < pixels; at += RASTER_TEAM)
+        sample_draw(&triangle, &scope, x0 + at % width, y0 + at / width, sample, keys);
+  }
+}
+
+#define TILE_SHARE (RASTER_TILE_PX * RASTER_TILE_PX / GROUP_SIZE)  // samples of a tile that a work-item has
+
+kernel void visibility_large(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
+                             constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
+                             uint sample_count, float t_min, global ulong *keys, global const RasterBox *large,
+                             global const uint *counts, uint columns, uint first_row, uint rows, ATTRIBUTE_PARAMETERS)
+{
+  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
+  local uint queue[GROUP_SIZE];
+  local uint queued;
+  uint group = get_group_id(0), member = get_local_id(0), count = counts[RASTER_LARGE_COUNT];
+  uint x0 = group % columns * RASTER_TILE_PX, y0 = (first_row + group / columns % rows) * RASTER_TILE_PX;
+  uint sample = group / (columns * rows);
+  if (sample >= sample_count || count == 0) return;
+  uint slots[TILE_SHARE];
+  ulong best[TILE_SHARE];
+  for (uint i = 0; i < TILE_SHARE; i++) {
+    uint at = i * GROUP_SIZE + member, x = x0 + at % RASTER_TILE_PX, y = y0 + at / RASTER_TILE_PX;
+    bool inside = x < camera->width && y < camera->height;
+    slots[i] = inside ? wave_slot(&scope, x, y, sample) : HIT_NONE;
+    best[i] = slots[i] == HIT_NONE ? 0 : keys[slots[i]];
+  }
+  for (uint first = 0; first < count; first += GROUP_SIZE) {
+    if (member == 0) queued = 0;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (first + member < count) {
+      RasterBox box = large[first + member];
+      bool meets = (box.x & 0xffffu) < x0 + RASTER_TILE_PX && (box.x >> 16) >= x0 &&
+                   (box.y & 0xffffu) < y0 + RASTER_TILE_PX && (box.y >> 16) >= y0;
+      if (meets) queue[atomic_inc(&queued)] = box.number;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    uint waiting = queued;
+    for (uint k = 0; k < waiting; k++) {
+      Triangle triangle = triangle_load(blocks, queue[k], view);
+      for (uint i = 0; i < TILE_SHARE; i++) {
+        uint at = i * GROUP_SIZE + member;
+        if (slots[i] == HIT_NONE) continue;
+        ulong key = sample_key(&triangle, &scope, x0 + at % RASTER_TILE_PX, y0 + at / RASTER_TILE_PX, sample);
+        best[i] = key < best[i] ? key : best[i];
+      }
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  for (uint i = 0; i < TILE_SHARE; i++)
+    if (slots[i] != HIT_NONE) keys[slots[i]] = best[i];
+}
+
+kernel void visibility_resolve(constant CameraInfo *camera, constant Float2 *offsets, uint first_tile, uint tile_count,
+                               uint first_sample, uint slot_count, global const ulong *keys,
+                               global const TriangleCorners *corners, global const float *positions, uint capacity,
+                               global float *hits, global uint *hit_ids)
+{
+  uint slot = get_global_id(0), tile = slot / TILE_PIXELS;
+  if (slot >= slot_count) return;
+  UintL x, y;
+  tile_pixels(&x, &y, first_tile + tile % tile_count, slot % TILE_PIXELS, camera->tiles_per_row);
+  ulong key = keys[slot];
+  float t = camera_ray_end(camera, x, y), u = 0, v = 0;
+  uint id = (uint)key;
+  if (id != HIT_NONE) {
+    float3 origin = camera->orthographic ? (float3)(0) : vload3(0, &camera->position.x);
+    global const uint *vertex = corners[id].vertex;
+    Triangle triangle = {vload3(vertex[0], positions) - origin, vload3(vertex[1], positions) - origin,
+                         vload3(vertex[2], positions) - origin, id, 0};
+    bool positive_kz;
+    TriangleHit hit =
+        sample_intersect(&positive_kz, &triangle, camera, x, y, offsets[first_sample + tile / tile_count]);
+    t = as_float((uint)(key >> 32));
+    u = hit.u;
+    v = hit.v;
+  }
+  hits[HIT_T * capacity + slot] = t;
+  hits[HIT_U * capacity + slot] = u;
+  hits[HIT_V * capacity + slot] = v;
+  hit_ids[slot] = id;
+}

@@ -1,0 +1,90 @@
+// Vertex transform, culling, setup and binning for camera visibility, LANES triangles at a time.
+//
+//   in    blocks, bounds    the scene's triangles (triangle_pack.cl)
+//         view, offsets     camera and sample positions; bins of rows [first_row, first_row + rows)
+//   out   records  [chunk][RASTER_CHUNK + 1][VISIBLE_WORDS], packed: triangles that may be seen
+//         spans    [chunk]
+//         starts   [chunk][bins + 2], lists [chunk][RASTER_CHUNK * RASTER_LARGE_BINS]: records by bin (lib/bins.cl)
+//
+//   Cost  one work-item a chunk; 44 bytes read a triangle, 128 written for one that survives.
+//   Culled: what is outside the picture or the depth range, turns a single-sided back, or lies between all samples.
+//   Each chunk has room of its own: no atomics, no scan over all, the same lists whatever the threads.
+
+#include "lib/bins.cl"
+#include "lib/transpose.cl"
+#include "lib/visible.cl"
+
+// Could anything within the bounds be in the picture's rows [low_row, high_row)?
+static inline bool bounds_visible(global const RasterBounds *bounds, constant RasterView *view, float low_row,
+                                  float high_row)
+{
+  Float4 near = view->depth, far = row_scaled(view->depth, -1);
+  near.w -= view->near;
+  far.w += view->far;
+  Float4 planes[6] = {view->x,
+                      row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
+                      row_sum(view->y, -low_row, view->w),
+                      row_sum(row_scaled(view->y, -1), high_row, view->w),
+                      near,
+                      far};
+  return bounds_meet(bounds, view, planes, 6);
+}
+
+kernel void visibility_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
+                             uint chunk_count, constant RasterView *view, constant Float2 *offsets, uint sample_count,
+                             uint columns, uint first_row, uint rows, global uint *records, global RasterSpan *spans,
+                             global uint *starts, global ushort *lists)
+{
+  uint chunk = get_global_id(0);
+  if (chunk >= chunk_count) return;
+  Bins bins = {columns, first_row, rows};
+  uint first_y = first_row * RASTER_BIN_PX, end_y = min((first_row + rows) * RASTER_BIN_PX, view->height);
+  RasterSpan span = {0, columns, first_row + rows, 0, 0};
+  blocks += (first_chunk + chunk) * RASTER_CHUNK_BLOCKS;
+  records += chunk * (RASTER_CHUNK + 1) * VISIBLE_WORDS;
+  starts += chunk * (bins_count(bins) + 2);
+  lists += chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
+  if (!bounds_visible(&bounds[first_chunk + chunk], view, (float)first_y, (float)end_y)) {
+    spans[chunk] = span;
+    return;
+  }
+  bins_clear(starts, bins);
+  for (uint first = 0; first < RASTER_CHUNK; first += LANES) {
+    global const RasterBlock *block = &blocks[first / RASTER_STEP];
+    uint slot = first % RASTER_STEP;
+    UintL id = LANE_LOAD(block->id, slot), flags = LANE_LOAD(block->flags, slot);
+    Vec3L corners[3], a[3];
+    triangles_load(corners, a, blocks, first, view);
+    VisibleTriangle t = visible_setup(view, a, flags, id == UINTL(RASTER_UNUSED));
+    IntL seen = (!t.culled) & visible_samples(&t, view, first_y, end_y, offsets, sample_count);
+    uint bits = lane_bits(seen);
+    if (!bits) continue;
+
+    UintL fields[VISIBLE_WORDS];
+    for (uint i = 0; i < 3; i++) {
+      Vec3L corner = view->parallel ? corners[i] : a[i];
+      fields[VISIBLE_VERTEX + 3 * i] = LANE_AS_UINT(corner.x);
+      fields[VISIBLE_VERTEX + 3 * i + 1] = LANE_AS_UINT(corner.y);
+      fields[VISIBLE_VERTEX + 3 * i + 2] = LANE_AS_UINT(corner.z);
+      fields[VISIBLE_EDGE + 3 * i] = LANE_AS_UINT(t.edge_x[i]);
+      fields[VISIBLE_EDGE + 3 * i + 1] = LANE_AS_UINT(t.edge_y[i]);
+      fields[VISIBLE_EDGE + 3 * i + 2] = LANE_AS_UINT(t.edge_0[i]);
+    }
+    fields[VISIBLE_ID] = id;
+    fields[VISIBLE_FLAGS] = flags;
+    fields[VISIBLE_BOUNDS] = LANE_AS_UINT(t.low_x);
+    fields[VISIBLE_BOUNDS + 1] = LANE_AS_UINT(t.low_y);
+    fields[VISIBLE_BOUNDS + 2] = LANE_AS_UINT(t.high_x);
+    fields[VISIBLE_BOUNDS + 3] = LANE_AS_UINT(t.high_y);
+    fields[VISIBLE_BINS] = bins_range(t.low_x, t.high_x, 0, columns);
+    fields[VISIBLE_BINS + 1] = bins_range(t.low_y, t.high_y, first_row, first_row + rows);
+    fields[VISIBLE_UNUSED] = UINTL(0);
+    for (uint word = VISIBLE_BINS + 2; word < VISIBLE_WORDS; word++) fields[word] = UINTL(0);
+    global uint *record = records + span.count * VISIBLE_WORDS;
+    records_store(fields, VISIBLE_WORDS, bits, record);
+    for (uint count = popcount(bits); count; count--, record += VISIBLE_WORDS, span.count++)
+      bins_add(starts, bins, &span, record[VISIBLE_BINS], record[VISIBLE_BINS + 1]);
+  }
+  bins_fill(starts, bins, records, VISIBLE_WORDS, VISIBLE_BINS, span.count, lists);
+  spans[chunk] = span;
+}

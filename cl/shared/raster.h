@@ -1,0 +1,88 @@
+// Sizes and records of the raster stages. Filled and read by cl/raster, allocated by host/passes/raster*.c.
+#ifndef SHARED_RASTER_H
+#define SHARED_RASTER_H
+
+#include "shared/types.h"
+
+#define RASTER_STEP 16     // triangles of a RasterBlock: one vector
+#define RASTER_CHUNK 1024  // triangles that one work-item sets up and bins
+#define RASTER_CHUNK_BLOCKS (RASTER_CHUNK / RASTER_STEP)
+#define RASTER_BIN_PX 64  // side of the squares of pixels that triangles are sorted into
+#define RASTER_LARGE_BINS \
+  16  // a triangle in more bins goes to the chunk's list of large ones, which every bin looks at
+
+// Triangles in the order of the BVH's leaves, structure of arrays. Unused slots have the id RASTER_UNUSED.
+typedef struct RasterBlock {
+  float vertex[3][3][RASTER_STEP];  // world space, [corner][axis][slot]
+  uint id[RASTER_STEP];
+  uint flags[RASTER_STEP];  // TRIANGLE_*
+} RasterBlock;
+SHARED_SIZE(RasterBlock, 704);
+
+#define RASTER_UNUSED 0xffffffffu
+
+// Bounds of a chunk, world space.
+typedef struct RasterBounds {
+  float low[3], high[3];
+} RasterBounds;
+SHARED_SIZE(RasterBounds, 24);
+
+// Where the survivors of a chunk are in one view: how many, and which bins they touch: [first, end).
+typedef struct RasterSpan {
+  uint count;
+  uint first_x, first_y, end_x, end_y;
+} RasterSpan;
+SHARED_SIZE(RasterSpan, 20);
+
+// Words of a triangle's record for camera visibility (cl/raster/visibility_setup.cl).
+#define VISIBLE_VERTEX 0  // 9 floats, [corner][axis]: relative to the eye; in parallel projection world space
+#define VISIBLE_ID 9
+#define VISIBLE_FLAGS 10  // TRIANGLE_*
+#define VISIBLE_UNUSED 11
+#define VISIBLE_EDGE \
+  12  // 3 times (x, y, constant): >= 0 where a 4 x 4 block that starts at pixel sample (x, y) may be met
+#define VISIBLE_BOUNDS 21  // floats: low x, low y, high x, high y in pixels, what rounding may add included
+#define VISIBLE_BINS 25    // first x | last x << 16, the same for y
+#define VISIBLE_WORDS 32
+
+// Words of a triangle's record for depth maps (cl/raster/depth_setup.cl). What a map shows of it is settled by integers:
+// vertices in 1/256 of a texel from the map's top left corner, turned so that the area is positive.
+#define DEPTH_VERTEX 0   // 6 ints: x, y of each corner
+#define DEPTH_PLANE 6    // floats: depth at corner 0, its growth by 1/256 of a texel along x and y
+#define DEPTH_LIMITS 9   // floats: least and greatest depth of the corners
+#define DEPTH_BINS 12    // first x | last x << 16, the same for y
+#define DEPTH_NUMBER 14  // of the triangle in the blocks
+#define DEPTH_FLAGS 15   // TRIANGLE_*, DEPTH_CLIPPED
+#define DEPTH_WORDS 16
+
+// The triangle crosses the eye plane or leaves the range of the integers: words 0 to 11 hold x, y, depth and w of each
+// corner before division, for whoever draws it to clip.
+#define DEPTH_CLIPPED 0x80000000u
+
+// A triangle that a work-item of its own would take too long for, in the lists of the direct way (cl/raster/*_direct.cl).
+typedef struct RasterBox {
+  uint number;  // of the triangle in the blocks
+  uint view;    // of the view table
+  uint x, y;    // pixels: first | last << 16
+} RasterBox;
+SHARED_SIZE(RasterBox, 16);
+
+#define RASTER_SMALL_PX 36   // pixels of a box up to which one work-item draws the triangle
+#define RASTER_MEDIUM_PX 32  // side of a box up to which RASTER_TEAM work-items do
+#define RASTER_TEAM 32
+#define RASTER_TILE_PX 32  // larger ones are drawn by work-groups, one a tile of this side
+
+// Counters of those lists.
+#define RASTER_MEDIUM_COUNT 0
+#define RASTER_LARGE_COUNT 1
+#define RASTER_COUNTS 2
+
+// Sums of what raster took, each of two words, low word first.
+#define RASTER_COST_TESTS 0    // triangles tried on blocks of 4 x 4 samples
+#define RASTER_COST_COVERED 2  // samples they then covered
+#define RASTER_COSTS 4
+
+#define RASTER_SNAP 256        // parts of a texel
+#define RASTER_GUARD_PX 16384  // coordinates of vertices stay within it
+
+#endif

@@ -1,0 +1,36 @@
+#include "passes/raster_bins.h"
+
+#include "shared/raster.h"
+
+Status raster_bins_make(RasterBins *out, Device *device, size_t chunks, uint32_t record_words, Log *log)
+{
+  Status status = STATUS_OK;
+  RasterBins made = {0};
+  size_t record_bytes = (RASTER_CHUNK + 1) * record_words * sizeof(uint32_t);
+  size_t list_bytes = RASTER_CHUNK * RASTER_LARGE_BINS * sizeof(uint16_t);
+  TRY(buffer_create(&made.records, device, chunks * record_bytes, NULL, "raster triangles", log));
+  TRY(buffer_create(&made.spans, device, chunks * sizeof(RasterSpan), NULL, "raster triangles", log));
+  TRY(buffer_create(&made.lists, device, chunks * list_bytes, NULL, "raster bins", log));
+  *out = made;
+  made = (RasterBins){0};
+
+done:
+  raster_bins_free(&made);
+  return status;
+}
+
+Status raster_bins_divide(RasterBins *bins, Device *device, size_t chunks, size_t bin_count, Log *log)
+{
+  size_t bytes = chunks * (bin_count + 2) * sizeof(uint32_t);
+  if (bins->starts.memory && bins->starts.bytes >= bytes) return STATUS_OK;
+  buffer_free(&bins->starts);
+  return buffer_create(&bins->starts, device, bytes, NULL, "raster bins", log);
+}
+
+void raster_bins_free(RasterBins *bins)
+{
+  buffer_free(&bins->records);
+  buffer_free(&bins->spans);
+  buffer_free(&bins->starts);
+  buffer_free(&bins->lists);
+}

@@ -1,0 +1,21 @@
+// What both bin rasters keep of one pass: records of triangles by chunk, and their numbers by bin (cl/lib/bins.cl).
+#pragma once
+
+#include "device/device.h"
+
+typedef struct RasterBins {
+  DeviceBuffer records;  // [chunks][RASTER_CHUNK + 1][record_words]
+  DeviceBuffer spans;    // RasterSpan [chunks]
+  DeviceBuffer starts;   // [chunks][bins + 2]
+  DeviceBuffer lists;    // 16-bit numbers [chunks][RASTER_CHUNK * RASTER_LARGE_BINS]
+} RasterBins;
+
+// For `chunks` chunks (or chunks times views); raster_bins_divide makes room for `bins` bins, now and again when there are
+// more. Errors: those of buffer_create.
+Status raster_bins_make(RasterBins *out, Device *device, size_t chunks, uint32_t record_words, Log *log);
+Status raster_bins_divide(RasterBins *bins, Device *device, size_t chunks, size_t bin_count, Log *log);
+void raster_bins_free(RasterBins *bins);
+
+// In the order in which the kernels declare them.
+#define BIN_ARGS(bins) \
+  ARG_BUFFER((bins)->records), ARG_BUFFER((bins)->spans), ARG_BUFFER((bins)->starts), ARG_BUFFER((bins)->lists)

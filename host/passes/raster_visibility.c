@@ -1,0 +1,221 @@
+#include "passes/raster_visibility.h"
+
+#include <stdio.h>
+
+#include "passes/raster_view.h"
+#include "passes/scene_args.h"
+#include "shared/raster.h"
+#include "shared/stream.h"
+
+enum { TILES_PER_BIN = RASTER_BIN_PX / TILE_SIZE };
+
+static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
+
+static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
+
+static Status bins_make(RasterVisibility *raster, Device *device, const DeviceScene *scene, Log *log)
+{
+  Status status = STATUS_OK;
+  Program *program = NULL;
+  TRY(program_build(&program, device, "raster/visibility_setup.cl", "", log));
+  TRY(program_kernel(&raster->setup, program, "visibility_setup", log));
+  TRY(program_build(&program, device, "raster/visibility_bins.cl", raster_scene_options(scene).text, log));
+  TRY(program_kernel(&raster->bins, program, "visibility_bins", log));
+  TRY(raster_bins_make(&raster->binned, device, raster->pass_chunks, VISIBLE_WORDS, log));
+
+done:
+  return status;
+}
+
+static Status direct_make(RasterVisibility *raster, Device *device, const DeviceScene *scene, Log *log)
+{
+  Status status = STATUS_OK;
+  Program *program = NULL;
+  char options[192];
+  snprintf(options, sizeof options, "%s-D GROUP_SIZE=%u", raster_scene_options(scene).text,
+           device_traits(device)->group_size);
+  size_t list_bytes = (size_t)raster->pass_chunks * RASTER_CHUNK * sizeof(RasterBox);
+  TRY(program_build(&program, device, "raster/visibility_direct.cl", options, log));
+  TRY(program_kernel(&raster->small, program, "visibility_small", log));
+  TRY(program_kernel(&raster->medium, program, "visibility_medium", log));
+  TRY(program_kernel(&raster->large, program, "visibility_large", log));
+  TRY(program_kernel(&raster->resolve, program, "visibility_resolve", log));
+  TRY(buffer_create(&raster->medium_boxes, device, list_bytes, NULL, "raster triangles", log));
+  TRY(buffer_create(&raster->large_boxes, device, list_bytes, NULL, "raster triangles", log));
+  TRY(buffer_create(&raster->box_counts, device, RASTER_COUNTS * sizeof(uint32_t), NULL, "raster triangles", log));
+
+done:
+  return status;
+}
+
+Status raster_visibility_make(RasterVisibility *out, Device *device, const DeviceScene *scene,
+                              const RasterScene *triangles, const RasterOptions *options, Log *log)
+{
+  Status status = STATUS_OK;
+  RasterVisibility raster = {.triangles = triangles, .way = raster_way(options, device, true)};
+  raster.pass_bins = options->pass_bins ? options->pass_bins : RASTER_PASS_BINS;
+  raster.pass_chunks =
+      smaller(options->pass_chunks ? options->pass_chunks : RASTER_PASS_CHUNKS, triangles->chunk_count);
+  TRY(buffer_create(&raster.view, device, sizeof(RasterView), NULL, "camera", log));
+  TRY(buffer_create(&raster.costs, device, RASTER_COSTS * sizeof(uint32_t), NULL, "costs", log));
+  TRY(buffer_zero(device, &raster.costs, log));
+  TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, scene, log));
+  *out = raster;
+  raster = (RasterVisibility){0};
+
+done:
+  raster_visibility_free(&raster);
+  return status;
+}
+
+Status raster_visibility_aim(RasterVisibility *raster, Device *device, const CameraRays *camera, uint32_t samples,
+                             uint32_t capacity, Log *log)
+{
+  Status status = STATUS_OK;
+  const CameraInfo *info = &camera->info;
+  RasterView view = raster_view_of_camera(info);
+  TRY(buffer_write(device, &raster->view, &view, sizeof view, log));
+  raster->samples = samples;
+  raster->ready = false;
+  if (raster->way == RASTER_WAY_BINS) {
+    uint32_t rows = divide_up(info->height, RASTER_BIN_PX);
+    // A wave may touch one row of bins more than its tiles fill.
+    uint32_t wave_rows = divide_up(capacity / TILE_PIXELS, info->tiles_per_row * TILES_PER_BIN) + 1;
+    raster->columns = divide_up(info->width, RASTER_BIN_PX);
+    raster->pass_rows = raster->columns * rows <= raster->pass_bins ? rows : smaller(rows, wave_rows);
+    TRY(raster_bins_divide(&raster->binned, device, raster->pass_chunks, (size_t)raster->columns * raster->pass_rows,
+                           log));
+  } else if (raster->keys.bytes < capacity * sizeof(uint64_t)) {
+    buffer_free(&raster->keys);
+    TRY(buffer_create(&raster->keys, device, capacity * sizeof(uint64_t), NULL, "visibility", log));
+  }
+
+done:
+  return status;
+}
+
+void raster_visibility_free(RasterVisibility *raster)
+{
+  Kernel *kernels[] = {&raster->setup,  &raster->bins,  &raster->small,
+                       &raster->medium, &raster->large, &raster->resolve};
+  for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
+  raster_bins_free(&raster->binned);
+  DeviceBuffer *buffers[] = {&raster->view,        &raster->keys,       &raster->medium_boxes,
+                             &raster->large_boxes, &raster->box_counts, &raster->costs};
+  for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
+  *raster = (RasterVisibility){0};
+}
+
+// Bin rows [wave_row, wave_row + wave_rows) of the wave, by passes over the scene's chunks.
+static Status bins_draw(RasterVisibility *raster, Device *device, const DeviceScene *scene, const CameraRays *camera,
+                        const Wave *wave, uint32_t wave_row, uint32_t wave_rows, const HitStream *hits,
+                        uint32_t capacity, Log *log)
+{
+  Status status = STATUS_OK;
+  const CameraInfo *info = &camera->info;
+  const RasterScene *triangles = raster->triangles;
+  uint32_t all_rows = divide_up(info->height, RASTER_BIN_PX);
+  bool whole = raster->pass_rows == all_rows;
+  uint32_t first_row = whole ? 0 : wave_row, rows = whole ? all_rows : wave_rows, begin = 1;
+  for (uint32_t first = 0; first < triangles->chunk_count || begin; first += raster->pass_chunks, begin = 0) {
+    uint32_t chunks = smaller(raster->pass_chunks, triangles->chunk_count - first);
+    if (!raster->ready)
+      TRY(device_launch(device, &raster->setup, chunks, (uint64_t)chunks * RASTER_CHUNK, "set up and bin triangles",
+                        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first), ARG(chunks),
+                             ARG_BUFFER(raster->view), ARG_BUFFER(camera->offsets), ARG(raster->samples),
+                             ARG(raster->columns), ARG(first_row), ARG(rows), BIN_ARGS(&raster->binned)),
+                        log));
+    raster->ready = whole && chunks == triangles->chunk_count;
+    TRY(device_launch(
+        device, &raster->bins, (size_t)raster->columns * wave_rows * wave->sample_count, wave_rays(wave),
+        "raster camera visibility",
+        ARGS(ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count),
+             ARG(wave->first_sample), ARG(wave->sample_count), ARG(raster->columns), ARG(first_row), ARG(rows),
+             ARG(wave_row), ARG(wave_rows), ARG(chunks), BIN_ARGS(&raster->binned), ARG(begin), ARG(info->near_m),
+             ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids), ARG_BUFFER(raster->costs),
+             ATTRIBUTE_ARGS(scene)),
+        log));
+  }
+
+done:
+  return status;
+}
+
+// The wave in three sizes of triangles, by passes over the scene's chunks, and then the hits.
+static Status direct_draw(RasterVisibility *raster, Device *device, const DeviceScene *scene, const CameraRays *camera,
+                          const Wave *wave, const HitStream *hits, uint32_t capacity, Log *log)
+{
+  Status status = STATUS_OK;
+  const CameraInfo *info = &camera->info;
+  const RasterScene *triangles = raster->triangles;
+  uint32_t group = device_traits(device)->group_size, slots = wave_rays(wave);
+  uint32_t first_px = wave->first_tile / info->tiles_per_row * TILE_SIZE;
+  uint32_t end_px =
+      smaller(divide_up(wave->first_tile + wave->tile_count, info->tiles_per_row) * TILE_SIZE, info->height);
+  uint32_t columns = divide_up(info->width, RASTER_TILE_PX), first_row = first_px / RASTER_TILE_PX;
+  uint32_t rows = divide_up(end_px, RASTER_TILE_PX) - first_row;
+  size_t teams = (size_t)device_info(device)->compute_units * 16 * group;
+  TRY(buffer_fill_words(device, &raster->keys, 0xffffffffu, log));
+  for (uint32_t first = 0; first < triangles->chunk_count; first += raster->pass_chunks) {
+    uint32_t first_triangle = first * RASTER_CHUNK;
+    uint32_t count = smaller(raster->pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
+    TRY(buffer_zero(device, &raster->box_counts, log));
+    TRY(device_launch(device, &raster->small, count, count, "set up triangles, raster small ones",
+                      ARGS(ARG_BUFFER(triangles->blocks), ARG(first_triangle), ARG(count), ARG_BUFFER(raster->view),
+                           ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile),
+                           ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),
+                           ARG_BUFFER(raster->keys), ARG_BUFFER(raster->medium_boxes), ARG_BUFFER(raster->large_boxes),
+                           ARG_BUFFER(raster->box_counts), ATTRIBUTE_ARGS(scene)),
+                      log));
+    TRY(device_launch(
+        device, &raster->medium, teams, 0, "raster triangles of medium size",
+        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera),
+             ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
+             ARG(wave->sample_count), ARG(info->near_m), ARG_BUFFER(raster->keys), ARG_BUFFER(raster->medium_boxes),
+             ARG_BUFFER(raster->box_counts), ATTRIBUTE_ARGS(scene)),
+        log));
+    TRY(device_launch(
+        device, &raster->large, (size_t)columns * rows * wave->sample_count * group, 0, "raster large triangles",
+        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera),
+             ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
+             ARG(wave->sample_count), ARG(info->near_m), ARG_BUFFER(raster->keys), ARG_BUFFER(raster->large_boxes),
+             ARG_BUFFER(raster->box_counts), ARG(columns), ARG(first_row), ARG(rows), ATTRIBUTE_ARGS(scene)),
+        log));
+  }
+  TRY(device_launch(
+      device, &raster->resolve, slots, slots, "raster camera visibility",
+      ARGS(ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count),
+           ARG(wave->first_sample), ARG(slots), ARG_BUFFER(raster->keys), ARG_BUFFER(scene->corners),
+           ARG_BUFFER(scene->positions), ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids)),
+      log));
+
+done:
+  return status;
+}
+
+Status raster_visibility(RasterVisibility *raster, Device *device, const DeviceScene *scene, const CameraRays *camera,
+                         const Wave *wave, const HitStream *hits, uint32_t capacity, Log *log)
+{
+  Status status = STATUS_OK;
+  if (raster->way == RASTER_WAY_DIRECT) return direct_draw(raster, device, scene, camera, wave, hits, capacity, log);
+  uint32_t row_tiles = camera->info.tiles_per_row * TILES_PER_BIN;
+  uint32_t end = divide_up(wave->first_tile + wave->tile_count, row_tiles);
+  for (uint32_t row = wave->first_tile / row_tiles; row < end; row += raster->pass_rows)
+    TRY(bins_draw(raster, device, scene, camera, wave, row, smaller(raster->pass_rows, end - row), hits, capacity,
+                  log));
+
+done:
+  return status;
+}
+
+Status raster_visibility_cost(RasterCost *out, const RasterVisibility *raster, Device *device, Log *log)
+{
+  Status status = STATUS_OK;
+  uint32_t words[RASTER_COSTS] = {0};
+  TRY(buffer_read(device, &raster->costs, words, sizeof words, log));
+  *out = (RasterCost){words[RASTER_COST_TESTS] | (uint64_t)words[RASTER_COST_TESTS + 1] << 32,
+                      words[RASTER_COST_COVERED] | (uint64_t)words[RASTER_COST_COVERED + 1] << 32};
+
+done:
+  return status;
+}

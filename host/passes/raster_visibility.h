@@ -1,0 +1,44 @@
+// Camera visibility by raster: cl/raster/visibility_*.cl. It gives the hit stream that tracing the wave's camera rays would
+// give, bit for bit.
+#pragma once
+
+#include "passes/camera_rays.h"
+#include "passes/raster_bins.h"
+#include "passes/raster_scene.h"
+
+typedef struct RasterVisibility {
+  const RasterScene *triangles;
+  RasterWay way;
+  Kernel setup, bins;                                  // RASTER_WAY_BINS
+  Kernel small, medium, large, resolve;                // RASTER_WAY_DIRECT
+  DeviceBuffer view;                                   // RasterView
+  RasterBins binned;                                   // of one pass
+  DeviceBuffer keys;                                   // by slot, 64 bits
+  DeviceBuffer medium_boxes, large_boxes, box_counts;  // RasterBox of one pass
+  DeviceBuffer costs;                                  // RASTER_COSTS
+  uint32_t pass_chunks, pass_bins;                     // that a pass may have
+  uint32_t samples;                                    // of the camera
+  uint32_t columns, pass_rows;                         // bins across the picture; rows of bins of a pass
+  bool ready;                                          // the bins hold the whole scene for the whole picture
+} RasterVisibility;
+
+// `triangles` must outlive the result. Errors: those of program_build, buffer_create.
+Status raster_visibility_make(RasterVisibility *out, Device *device, const DeviceScene *scene,
+                              const RasterScene *triangles, const RasterOptions *options, Log *log);
+void raster_visibility_free(RasterVisibility *raster);
+
+// Takes a camera, for waves of up to `capacity` slots: before the first wave of each picture. Errors: those of buffer_create.
+Status raster_visibility_aim(RasterVisibility *raster, Device *device, const CameraRays *camera, uint32_t samples,
+                             uint32_t capacity, Log *log);
+
+// Writes the hits of all slots of the wave, into a stream of `capacity`. With bins the first wave of a picture pays for
+// setup and binning, unless they take several passes: then every wave does.
+Status raster_visibility(RasterVisibility *raster, Device *device, const DeviceScene *scene, const CameraRays *camera,
+                         const Wave *wave, const HitStream *hits, uint32_t capacity, Log *log);
+
+// What it took so far: how often a triangle was tried on a block of 4 x 4 samples, and how many samples it then covered as
+// the nearest so far. Counted with bins alone. Waits for the device.
+typedef struct RasterCost {
+  uint64_t block_tests, samples_covered;
+} RasterCost;
+Status raster_visibility_cost(RasterCost *out, const RasterVisibility *raster, Device *device, Log *log);
