@@ -1,9 +1,6 @@
 #include "base/math3d.h"
 
-Mat4 mat4_identity(void)
-{
-  return (Mat4){{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
-}
+Mat4 mat4_identity(void) { return (Mat4){{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}; }
 
 Mat4 mat4_mul(Mat4 a, Mat4 b)
 {
@@ -21,10 +18,22 @@ Mat4 mat4_from_trs(Vec3 translation, const double rotation[4], Vec3 scale)
   double s = length > 0 ? 1 / length : 0;
   double x = rotation[0] * s, y = rotation[1] * s, z = rotation[2] * s, w = length > 0 ? rotation[3] * s : 1;
   return (Mat4){{
-      (1 - 2 * (y * y + z * z)) * scale.x, 2 * (x * y + z * w) * scale.x, 2 * (x * z - y * w) * scale.x, 0,
-      2 * (x * y - z * w) * scale.y, (1 - 2 * (x * x + z * z)) * scale.y, 2 * (y * z + x * w) * scale.y, 0,
-      2 * (x * z + y * w) * scale.z, 2 * (y * z - x * w) * scale.z, (1 - 2 * (x * x + y * y)) * scale.z, 0,
-      translation.x, translation.y, translation.z, 1,
+      (1 - 2 * (y * y + z * z)) * scale.x,
+      2 * (x * y + z * w) * scale.x,
+      2 * (x * z - y * w) * scale.x,
+      0,
+      2 * (x * y - z * w) * scale.y,
+      (1 - 2 * (x * x + z * z)) * scale.y,
+      2 * (y * z + x * w) * scale.y,
+      0,
+      2 * (x * z + y * w) * scale.z,
+      2 * (y * z - x * w) * scale.z,
+      (1 - 2 * (x * x + y * y)) * scale.z,
+      0,
+      translation.x,
+      translation.y,
+      translation.z,
+      1,
   }};
 }
 
@@ -35,10 +44,7 @@ Vec3 mat4_direction(const Mat4 *m, Vec3 v)
               a[2] * v.x + a[6] * v.y + a[10] * v.z);
 }
 
-Vec3 mat4_point(const Mat4 *m, Vec3 v)
-{
-  return vec3_add(mat4_direction(m, v), vec3(m->m[12], m->m[13], m->m[14]));
-}
+Vec3 mat4_point(const Mat4 *m, Vec3 v) { return vec3_add(mat4_direction(m, v), vec3(m->m[12], m->m[13], m->m[14])); }
 
 static Vec3 mat4_column(const Mat4 *m, int column)
 {

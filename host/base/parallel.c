@@ -8,10 +8,7 @@ enum { MAX_THREADS = 256 };
 
 static unsigned requested_threads = 0;
 
-void parallel_set_threads(unsigned count)
-{
-  requested_threads = count < MAX_THREADS ? count : MAX_THREADS;
-}
+void parallel_set_threads(unsigned count) { requested_threads = count < MAX_THREADS ? count : MAX_THREADS; }
 
 unsigned parallel_threads(void)
 {

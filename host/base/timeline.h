@@ -7,9 +7,9 @@
 #include <stdint.h>
 
 typedef struct Span {
-  const char *name;  // a sentence; static storage, spans are summed by it
+  const char *name;         // a sentence; static storage, spans are summed by it
   double begin_ms, end_ms;  // clock_ms()
-  uint64_t items;  // rays, pixels or bytes handled; 0 where it means nothing
+  uint64_t items;           // rays, pixels or bytes handled; 0 where it means nothing
   bool on_device;
 } Span;
 

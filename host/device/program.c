@@ -202,11 +202,11 @@ Status program_build(Program **out, Device *device, const char *path, const char
   }
   if (!program->program) {
     cl_program compiled = NULL;
-    double begin_ms = clock_ms();
+    double begin_ms = clock_thread_ms();
     pthread_mutex_unlock(&device->programs_lock);
     status = program_compile(&compiled, device, path, all_options, log);
     pthread_mutex_lock(&device->programs_lock);
-    build_announce(device, clock_ms() - begin_ms, log);
+    build_announce(device, clock_thread_ms() - begin_ms, log);
     program->program = compiled;
     pthread_cond_broadcast(&device->program_built);
     if (status) {
