@@ -1,5 +1,5 @@
-// Raster of camera visibility against rays: the same triangle at the same t, u and v on every sample, bit for bit, by each
-// way and at each width.
+// Raster of camera visibility against rays: the same triangle at the same t, u and v on every sample, bit for bit, by
+// each way and at each width.
 
 #include <math.h>
 #include <setjmp.h>
@@ -72,7 +72,8 @@ static void coplanar_triangles_have_the_same_winner(void **state)
   assert_true(soup_check("coplanar", &soup, &camera, 120, 80) > 1000);
 }
 
-// Every sample within a fan of triangles is covered: none is lost between two of them, at their common edges and corner.
+// Every sample within a fan of triangles is covered: none is lost between two of them, at their common edges and
+// corner.
 static void fan_covers_every_sample(void **state)
 {
   enum { BLADES = 37, SIZE = 96 };

@@ -1,5 +1,5 @@
-// Depth maps against plain C: coverage by exact integers and the top-left rule, depth in double precision; by each way of
-// drawing them and at each width.
+// Depth maps against plain C: coverage by exact integers and the top-left rule, depth in double precision; by each way
+// of drawing them and at each width.
 
 #include <math.h>
 #include <setjmp.h>
@@ -257,8 +257,8 @@ static void texels_of_a_fan_belong_to_one_blade_each(void **state)
   free(maps[1]);
 }
 
-// From within a closed mesh every texel of the six faces shows it: no cracks where triangles cross an eye plane or a face's
-// edge. The faces drawn together are those drawn alone, and in several passes.
+// From within a closed mesh every texel of the six faces shows it: no cracks where triangles cross an eye plane or a
+// face's edge. The faces drawn together are those drawn alone, and in several passes.
 static void cube_within_a_mesh_has_no_crack(void **state)
 {
   enum { CUBE = 64 };
@@ -310,7 +310,8 @@ static void plane_under_the_eye_is_drawn_to_the_horizon(void **state)
     for (int x = 0; x < SIZE; x++) {
       // map y = (y / w + 1) / 2 with y along +y: the lower half of the world is the upper half of the map
       double slope = 2 * (y + 0.5) / SIZE - 1, w = -eye.y / slope;
-      // The corners are 1.4e4 m away, where a rounding is 8e-4 m: the plane is held to a few of them at a height of 1 m.
+      // The corners are 1.4e4 m away, where a rounding is 8e-4 m: the plane is held to a few of them at a height of 1
+      // m.
       if (y < SIZE / 2) assert_true(fabs(map[y * SIZE + x] - (1 - near_m / w)) < 2e-3 * near_m / w + 1e-6);
       if (y >= SIZE / 2) assert_true(map[y * SIZE + x] == 1);
     }

@@ -1,5 +1,5 @@
-// Raster of camera visibility against rays on whole scenes: every sample of every scene in scenes/ and of the shared models,
-// bit for bit, by each way and at each width.
+// Raster of camera visibility against rays on whole scenes: every sample of every scene in scenes/ and of the shared
+// models, bit for bit, by each way and at each width.
 
 #include <dirent.h>
 #include <setjmp.h>

@@ -13,8 +13,8 @@
 
 enum { RAYS = 40001 };  // for each soup
 
-// Every ray is lit where the oracle says so, or where rounding excuses the other answer, and by all kernels alike. Frees
-// the soup.
+// Every ray is lit where the oracle says so, or where rounding excuses the other answer, and by all kernels alike.
+// Frees the soup.
 static void assert_lit_as_oracle(Soup *soup)
 {
   TraceFixture fixture;

@@ -17,8 +17,8 @@ enum { SIZE_PX = 128, ELEVATIONS = 12 };
 static const double elevations_deg[ELEVATIONS] = {0.5, 0.7, 1, 1.5, 2.5, 4, 7, 12, 20, 35, 60, 90};
 static const uint32_t widths[] = {16, 8, 1};
 
-// A floor of 10 m x 10 m about `middle`: position = middle + x right + y ahead, up along right x ahead. Points of it are
-// multiples of 2^-7, so that overlapping triangles share a plane exactly where right and ahead are of few bits.
+// A floor of 10 m x 10 m about `middle`: position = middle + x right + y ahead, up along right x ahead. Points of it
+// are multiples of 2^-7, so that overlapping triangles share a plane exactly where right and ahead are of few bits.
 typedef struct Floor {
   Vec3 middle, right, ahead;
   bool overlaps;  // 300 small triangles lie in the plane as well
@@ -109,8 +109,8 @@ static void floor_does_not_shadow_itself(void **state)
   }
 }
 
-// In phong a mirror of reflectance 1/2 shows half the environment, and half of that again where a ray hits the floor that
-// it leaves.
+// In phong a mirror of reflectance 1/2 shows half the environment, and half of that again where a ray hits the floor
+// that it leaves.
 static void floor_does_not_reflect_itself(void **state)
 {
   for (int f = 0; f < FLOORS; f++) {

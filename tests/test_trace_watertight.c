@@ -119,8 +119,8 @@ static void box_of_odd_size_never_leaks(void **state)
   assert_no_leak(&soup, low, high, true);
 }
 
-// Rays nearly along the edges where two walls meet: what a slab test decides there hangs on less than a triangle test can
-// tell.
+// Rays nearly along the edges where two walls meet: what a slab test decides there hangs on less than a triangle test
+// can tell.
 static void long_corridor_never_leaks(void **state)
 {
   static const float corners[2][3] = {{-1, -1, 0}, {1, 1, 1000}}, low[3] = {-0.9f, -0.9f, 1},
@@ -130,8 +130,9 @@ static void long_corridor_never_leaks(void **state)
   assert_no_leak(&soup, low, high, false);
 }
 
-// Cells from 3 x 10^-7 to 1 wide: every aspect of sliver down to what rounding leaves of one a metre away. The rays start
-// where no needle reaches behind them: where a ray meets one that is seen as thin as rounding cannot be told then.
+// Cells from 3 x 10^-7 to 1 wide: every aspect of sliver down to what rounding leaves of one a metre away. The rays
+// start where no needle reaches behind them: where a ray meets one that is seen as thin as rounding cannot be told
+// then.
 static void box_of_slivers_never_leaks(void **state)
 {
   static const float corners[2][3] = {{-1, -1, -1}, {1, 1, 1}}, low[3] = {-0.01f, -0.01f, -0.01f},

@@ -15,7 +15,8 @@ static inline IntL alpha_passes(const AttributeSources *from, uint id, IntL acce
 #define ABSORPTION_UNITS 1048576.0f
 #define ABSORPTION_ALL (1 << 29)
 
-// Absorption of the lanes of `accept` at one BLEND surface: -log2(1 - alpha) in units; ABSORPTION_ALL where all is stopped.
+// Absorption of the lanes of `accept` at one BLEND surface: -log2(1 - alpha) in units; ABSORPTION_ALL where all is
+// stopped.
 static inline IntL alpha_absorption(const AttributeSources *from, uint id, IntL accept, FloatL u, FloatL v)
 {
   TriangleCorners corners = from->corners[id];

@@ -1,8 +1,9 @@
-// A triangle of a depth map that crosses the eye plane or leaves the range of the integers, cut to what lies before both.
+// A triangle of a depth map that crosses the eye plane or leaves the range of the integers, cut to what lies before
+// both.
 //
-// Where two triangles share an edge both cut it at the same point, as a point is always computed from the end that stays:
-// there are no cracks. Such a point is off by a rounding of the distance to the far end: a triangle of a kilometre is cut
-// within 0.1 mm.
+// Where two triangles share an edge both cut it at the same point, as a point is always computed from the end that
+// stays: there are no cracks. Such a point is off by a rounding of the distance to the far end: a triangle of a
+// kilometre is cut within 0.1 mm.
 //
 //   From  Sutherland, Hodgman, "Reentrant Polygon Clipping", 1974.
 
@@ -51,8 +52,8 @@ static inline ClipPolygon depth_clip(constant RasterView *view, float4 a, float4
   return polygon;
 }
 
-// Where a corner of a clipped polygon is on the map, in 1/RASTER_SNAP of a texel (halves up), and its depth. Rounding may
-// have left it a little before the least w or beyond the range.
+// Where a corner of a clipped polygon is on the map, in 1/RASTER_SNAP of a texel (halves up), and its depth. Rounding
+// may have left it a little before the least w or beyond the range.
 typedef struct ClipCorner {
   int x, y;
   float depth;

@@ -1,8 +1,8 @@
-// Triangles of a depth map: snapped vertices, integer edge functions, depth by plane. What a map shows is settled here, for
-// both ways of drawing it.
+// Triangles of a depth map: snapped vertices, integer edge functions, depth by plane. What a map shows is settled here,
+// for both ways of drawing it.
 //
-// Vertices are snapped to 1/RASTER_SNAP of a texel and turned so that their area is positive. A texel belongs to a triangle
-// if its centre is inside, or on a top or left edge: of two triangles that share an edge just one has it.
+// Vertices are snapped to 1/RASTER_SNAP of a texel and turned so that their area is positive. A texel belongs to a
+// triangle if its centre is inside, or on a top or left edge: of two triangles that share an edge just one has it.
 //
 //   From  Pineda, "A Parallel Algorithm for Polygon Rasterization", 1988.
 
@@ -71,8 +71,8 @@ static inline int4 clipped_bounds(const MapTriangle *t, uint lane, constant Rast
   return bounds;
 }
 
-// Sets up LANES triangles, whose vertices are relative to the view's origin; lanes of `unused` come out culled, as do those
-// that cover no texel's centre.
+// Sets up LANES triangles, whose vertices are relative to the view's origin; lanes of `unused` come out culled, as do
+// those that cover no texel's centre.
 static inline MapTriangle map_triangle_setup(constant RasterView *view, const Vec3L a[3], IntL unused)
 {
   MapTriangle t;
@@ -122,8 +122,8 @@ static inline MapTriangle map_triangle_setup(constant RasterView *view, const Ve
   return t;
 }
 
-// One triangle in a window of at most 64 x 64 texels: edge functions in units of 1/RASTER_SNAP^2, divided by RASTER_SNAP and
-// rounded down, at the centre of the window's first texel; a centre is inside where none is negative.
+// One triangle in a window of at most 64 x 64 texels: edge functions in units of 1/RASTER_SNAP^2, divided by
+// RASTER_SNAP and rounded down, at the centre of the window's first texel; a centre is inside where none is negative.
 typedef struct WindowTriangle {
   int edge[3], edge_x[3], edge_y[3];  // at the first centre; growth by a texel
   float depth, depth_x, depth_y;      // at corner 0; growth by a part of a texel
@@ -132,8 +132,8 @@ typedef struct WindowTriangle {
   int first_x, first_y, last_x, last_y;  // texels of the window whose centres lie within the bounds
 } WindowTriangle;
 
-// From snapped vertices of positive area, the depth at corner 0 and its growth by a part of a texel. `window`: its first
-// texel, then its size. False where it holds no centre within the bounds.
+// From snapped vertices of positive area, the depth at corner 0 and its growth by a part of a texel. `window`: its
+// first texel, then its size. False where it holds no centre within the bounds.
 static inline bool window_triangle(WindowTriangle *out, const int x[3], const int y[3], float depth, float depth_x,
                                    float depth_y, float least, float greatest, int4 window)
 {
@@ -165,8 +165,8 @@ static inline bool window_triangle(WindowTriangle *out, const int x[3], const in
   return true;
 }
 
-// Depth at the first centre of a block of 4 x 4 texels, at texel (x, y) of the window, and what a texel of the block adds.
-// Every window that holds the block gives the same bits.
+// Depth at the first centre of a block of 4 x 4 texels, at texel (x, y) of the window, and what a texel of the block
+// adds. Every window that holds the block gives the same bits.
 static inline float block_depth(const WindowTriangle *t, int x, int y)
 {
   return t->depth + t->depth_y * (float)(t->offset_y + y * RASTER_SNAP) +

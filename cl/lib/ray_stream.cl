@@ -23,7 +23,8 @@ static inline FloatL stream_load_t_max(global const float *rays, uint capacity, 
   return LANE_INDEX < INTL((int)(ray_count - first)) ? t_max : FLOATL(-1);
 }
 
-// Adds `share` of a ray's weight to the radiance of its slot. A slot has at most one ray in a stream: no atomics are needed.
+// Adds `share` of a ray's weight to the radiance of its slot. A slot has at most one ray in a stream: no atomics are
+// needed.
 static inline void stream_add_weight(global const float *rays, uint capacity, uint ray, global const uint *slots,
                                      global float4 *radiance, float share)
 {

@@ -1,11 +1,13 @@
-// Slab test of a ray against the planes of a box, with one multiply-add a plane: t = plane * inverse - origin * inverse.
+// Slab test of a ray against the planes of a box, with one multiply-add a plane: t = plane * inverse - origin *
+// inverse.
 //
-// The product origin * inverse is rounded, and that of the plane where there is no fused multiply-add; both are off by at
-// most one rounding of |origin * inverse| and one of t. So the near planes are moved back and the far planes on by
+// The product origin * inverse is rounded, and that of the plane where there is no fused multiply-add; both are off by
+// at most one rounding of |origin * inverse| and one of t. So the near planes are moved back and the far planes on by
 // that: no box that the ray meets is missed, whatever the origin. Directions below 1e-30 count as that, and a box is
 // 1e-18 wider on each side, so that a ray within the plane of its side stays inside.
 //
-//   From  Ize, "Robust BVH Ray Traversal", JCGT 2013; Williams, Barrus, Morley, Shirley, "An Efficient and Robust Ray-Box
+//   From  Ize, "Robust BVH Ray Traversal", JCGT 2013; Williams, Barrus, Morley, Shirley, "An Efficient and Robust
+//   Ray-Box
 //         Intersection Algorithm", 2005.
 
 #include "lib/lanes.cl"

@@ -94,8 +94,8 @@ static inline Vec3L normal_mapped(const TangentFrame *frame, Vec3L normal)
 }
 #endif
 
-// Surface at barycentrics (u, v) of triangles `id`, for the lanes of `mask`, seen along `direction` (any length). Lanes on
-// one triangle load it once.
+// Surface at barycentrics (u, v) of triangles `id`, for the lanes of `mask`, seen along `direction` (any length). Lanes
+// on one triangle load it once.
 static inline Surface surface_load(const GeometrySources *geometry, const AttributeSources *attributes, UintL id,
                                    FloatL u, FloatL v, Vec3L direction, IntL mask)
 {

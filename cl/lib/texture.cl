@@ -70,8 +70,8 @@ static inline float2 corner_uv(const AttributeSources *from, uint set, uint vert
   return (float2)(uv.x, uv.y);
 }
 
-// Sets the lanes of `group`, which hit one triangle at barycentrics (u, v), to the value of a material's texture; `table`
-// 0 decodes sRGB, 256 leaves values as they are.
+// Sets the lanes of `group`, which hit one triangle at barycentrics (u, v), to the value of a material's texture;
+// `table` 0 decodes sRGB, 256 leaves values as they are.
 static inline void texture_use_sample(Color4L *out, const AttributeSources *from, global const TextureUse *use,
                                       const TriangleCorners *corners, IntL group, FloatL u, FloatL v, uint table)
 {

@@ -10,7 +10,4 @@ static inline uint2 tile_pixel(uint tile, uint within, uint tiles_per_row)
 }
 
 // The inverse: slot of a pixel within its tile.
-static inline uint tile_slot(uint x, uint y)
-{
-  return (y / 4 & 1) * 32 + (x / 4 & 1) * 16 + (y & 3) * 4 + (x & 3);
-}
+static inline uint tile_slot(uint x, uint y) { return (y / 4 & 1) * 32 + (x / 4 & 1) * 16 + (y & 3) * 4 + (x & 3); }

@@ -5,9 +5,9 @@
 // products, so that it is never positive where the truth is negative; a zero counts as inside for both (no double
 // precision needed), and the tie in distance goes to the nearer hit, then to the lower id. That needs FP_CONTRACT OFF.
 //
-// A hit counts only where t exceeds t_error, the rounding error of t itself: a ray that starts on a triangle's plane does
-// not hit it, nor what lies in the same plane, and what is lost is nearer than rounding can tell. That error shrinks with
-// the triangle's depth along the ray: slivers ahead of a ray are hit.
+// A hit counts only where t exceeds t_error, the rounding error of t itself: a ray that starts on a triangle's plane
+// does not hit it, nor what lies in the same plane, and what is lost is nearer than rounding can tell. That error
+// shrinks with the triangle's depth along the ray: slivers ahead of a ray are hit.
 //
 //   Fails where a triangle is so thin that its determinant underflows (about 1e-38): it is then not hit at all.
 //   From  Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013; Pharr, Jakob, Humphreys, "Physically
@@ -84,9 +84,9 @@ static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, F
   hit.v = w / determinant;
   hit.determinant_positive = determinant > zero;
 
-  // Each sheared coordinate is off by 2 (|x| + |z|) roundings, each product of an edge function by one and both by their
-  // factors' errors; t is a mean of az, bz, cz weighted by edge functions over their sum, so that an error of these counts
-  // by the distance of az, bz, cz from it.
+  // Each sheared coordinate is off by 2 (|x| + |z|) roundings, each product of an edge function by one and both by
+  // their factors' errors; t is a mean of az, bz, cz weighted by edge functions over their sum, so that an error of
+  // these counts by the distance of az, bz, cz from it.
   FloatL x = max_magnitude(ax, bx, cx), y = max_magnitude(ay, by, cy), z = max_magnitude(az, bz, cz);
   FloatL edge = FLOATL(12) * x * y + FLOATL(4) * z * (x + y);
   FloatL depth = max_lane(max_lane(az, bz), cz) - min_lane(min_lane(az, bz), cz);

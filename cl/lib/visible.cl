@@ -1,12 +1,13 @@
-// Which pixels may a triangle be seen in? Conservative bounds and edges for camera visibility: what they leave out is out
-// of the reach of triangle_intersect's roundings; what they let in, triangle_intersect decides.
+// Which pixels may a triangle be seen in? Conservative bounds and edges for camera visibility: what they leave out is
+// out of the reach of triangle_intersect's roundings; what they let in, triangle_intersect decides.
 //
 // A ray's meeting with a triangle is exact for vertices moved by at most 12 roundings of their distance across the ray
-// (lib/triangle.cl), so that a sample which hits is within the view's error_px of the projected triangle, in x and in y.
-// Everything here is widened by that.
+// (lib/triangle.cl), so that a sample which hits is within the view's error_px of the projected triangle, in x and in
+// y. Everything here is widened by that.
 //
 //   From  Akenine-Moller, Aila, "Conservative and Tiled Rasterization Using a Modified Triangle Setup", 2005; Olano,
-//         Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997 (triangles that cross the eye plane).
+//         Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997 (triangles that cross the eye
+//         plane).
 
 #include "lib/view.cl"
 #include "shared/bvh.h"

@@ -8,8 +8,8 @@
 //   depth_large   a work-group a tile: looks at all large triangles, keeps those that meet the tile, draws them
 //
 //   Cost  44 bytes a triangle and view, a plane and three sums a triangle and texel of its box.
-//   Depths are not below 0, so that their bits are in their order. LANES is 1. The lists hold every triangle and view of a
-//   pass: nothing overflows. Coverage and depth are those of lib/map_triangle.cl, as in depth_bins.cl.
+//   Depths are not below 0, so that their bits are in their order. LANES is 1. The lists hold every triangle and view
+//   of a pass: nothing overflows. Coverage and depth are those of lib/map_triangle.cl, as in depth_bins.cl.
 
 #include "lib/map_triangle.cl"
 #include "shared/depth_map.h"

@@ -7,8 +7,8 @@
 //         starts   [view][chunk][bins + 2], lists [view][chunk][RASTER_CHUNK * RASTER_LARGE_BINS] (lib/bins.cl)
 //
 //   Cost  one work-item a chunk and view; 44 bytes read a triangle, 64 written for one that survives.
-//   Either side of a triangle is drawn. What is behind the eye, beyond the far plane, off the map, without area or between
-//   the centres of texels is dropped here.
+//   Either side of a triangle is drawn. What is behind the eye, beyond the far plane, off the map, without area or
+//   between the centres of texels is dropped here.
 
 #include "lib/bins.cl"
 #include "lib/map_triangle.cl"

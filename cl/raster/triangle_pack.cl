@@ -1,12 +1,13 @@
-// Triangles in the order of the BVH's leaves -> blocks of 16, structure of arrays, and the bounds of each chunk of them.
-// Once a scene.
+// Triangles in the order of the BVH's leaves -> blocks of 16, structure of arrays, and the bounds of each chunk of
+// them. Once a scene.
 //
 //   in    triangles  [triangle_count]
 //   out   blocks     [chunk_count][RASTER_CHUNK_BLOCKS]; unused slots are marked
 //         bounds     [chunk_count]
 //
 //   Cost  92 bytes moved a triangle; one work-item a chunk.
-//   Leaf order keeps neighbours together: a chunk is a compact piece of the scene, which a view keeps or drops as a whole.
+//   Leaf order keeps neighbours together: a chunk is a compact piece of the scene, which a view keeps or drops as a
+//   whole.
 
 #include "shared/bvh.h"
 #include "shared/raster.h"

@@ -1,13 +1,14 @@
 // Raster of camera visibility, one work-item a bin and sample: which triangle does each sample's ray meet first?
 //
 //   in    camera, offsets      as the ray generator takes them
-//         records, spans, starts, lists   triangles by bin (visibility_setup.cl); bins of rows [first_row, first_row + rows)
+//         records, spans, starts, lists   triangles by bin (visibility_setup.cl); bins of rows [first_row, first_row +
+//         rows)
 //   out   hits, hit_ids        the hit stream of the wave (shared/stream.h): the bits that trace_closest gives
 //
-//   Cost  a few ns a triangle and bin, about 8 ns a triangle and block of 4 x 4 pixels that it may meet; 16 bytes a slot.
-//   A triangle is tried on blocks, not on pixels: LANES samples at once are handed to triangle_intersect, which decides.
-//   Work-items of bin rows [wave_row, wave_row + wave_rows); blocks outside the wave are left alone. With `begin` the slots
-//   start empty, without it what is there is improved on: a scene of several passes.
+//   Cost  a few ns a triangle and bin, about 8 ns a triangle and block of 4 x 4 pixels that it may meet; 16 bytes a
+//   slot. A triangle is tried on blocks, not on pixels: LANES samples at once are handed to triangle_intersect, which
+//   decides. Work-items of bin rows [wave_row, wave_row + wave_rows); blocks outside the wave are left alone. With
+//   `begin` the slots start empty, without it what is there is improved on: a scene of several passes.
 
 #include "lib/bins.cl"
 #include "lib/camera_ray.cl"
@@ -19,8 +20,8 @@
 
 #define AXIS_MIXED 3
 
-// The samples of a bin, blocks row by row. In perspective a, b, c are the shear of a block whose rays share their dominant
-// axis, and the direction where they do not; in parallel projection they are the origin.
+// The samples of a bin, blocks row by row. In perspective a, b, c are the shear of a block whose rays share their
+// dominant axis, and the direction where they do not; in parallel projection they are the origin.
 typedef struct BinSamples {
   FloatL a[BIN_BLOCKS * BLOCK_PARTS], b[BIN_BLOCKS * BLOCK_PARTS], c[BIN_BLOCKS * BLOCK_PARTS];
   uint target[BIN_BLOCKS];  // of the first part of each block

@@ -1,5 +1,5 @@
-// Raster of camera visibility on a GPU, triangle by triangle into a buffer of keys: the least (depth, id) of each slot of the
-// wave stays.
+// Raster of camera visibility on a GPU, triangle by triangle into a buffer of keys: the least (depth, id) of each slot
+// of the wave stays.
 //
 //   in    blocks, view        the scene's triangles and the camera's view of them
 //         camera, offsets     as the ray generator takes them
@@ -16,7 +16,8 @@
 //   Needs cl_khr_int64_extended_atomics; without it visibility_bins.cl does the same. LANES is 1.
 //   The lists hold every triangle of a pass: nothing overflows. Their order varies, the least key does not.
 //
-//   From  Kenzel, Kerbl, Schmalstieg, Steinberger, "A High-Performance Software Graphics Pipeline Architecture for the GPU",
+//   From  Kenzel, Kerbl, Schmalstieg, Steinberger, "A High-Performance Software Graphics Pipeline Architecture for the
+//   GPU",
 //         2018 (size classes); Karis, Stubbe, Wihlidal, "Nanite: A Deep Dive", 2021 (atomic depth and id).
 
 #pragma OPENCL EXTENSION cl_khr_int64_extended_atomics : enable

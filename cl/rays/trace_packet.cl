@@ -3,7 +3,8 @@
 //   in    rays      ray stream (shared/stream.h), world space
 //         nodes     both children's boxes in the parent; triangles in the order of the leaves
 //   out   closest:  hits t, u, v and triangle id (HIT_NONE where nothing is hit), by ray index
-//         any:      adds a ray's weight to radiance[slot] where nothing lies in 0 < t < t_max, and 1 - alpha of it for each
+//         any:      adds a ray's weight to radiance[slot] where nothing lies in 0 < t < t_max, and 1 - alpha of it for
+//         each
 //                 BLEND surface that does; the stream is segment `segment` of several
 //
 //   Pro   coherent rays (camera, shadow, mirror) share node fetches; on a GPU, with one lane, the plain two-child

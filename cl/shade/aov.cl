@@ -2,7 +2,8 @@
 //
 //   in    rays, hits, hit_ids   camera rays and what they hit
 //         object_starts         first triangle of each object, [object_count + 1]
-//   out   values  planes [AOV_VALUE_PLANES][height * width]: of sample 0 depth (+inf on the background) and position; sums
+//   out   values  planes [AOV_VALUE_PLANES][height * width]: of sample 0 depth (+inf on the background) and position;
+//   sums
 //                 over samples of the shading normal and the albedo
 //         ids     planes [AOV_ID_PLANES][height * width], of sample 0: object, primitive within it, material; AOV_NONE
 //                 on the background
@@ -39,11 +40,11 @@ static inline void plane_add3(global float *values, uint plane, uint pixels, uin
 
 kernel void aov(constant CameraInfo *camera, uint first_tile, uint tile_count, uint first_sample, uint sample_count,
                 global const float *rays, uint capacity, global const float *hits, global const uint *hit_ids,
-                global const float *positions, global const float *normals, global const Float4 *tangents, global const TriangleCorners *corners,
-                global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
-                global const MaterialInfo *materials, global const TextureInfo *textures, global const uchar4 *texels,
-                constant float *linear_from_byte, global const uint *object_starts, uint object_count,
-                global float *values, global uint *ids)
+                global const float *positions, global const float *normals, global const Float4 *tangents,
+                global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
+                uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
+                global const uchar4 *texels, constant float *linear_from_byte, global const uint *object_starts,
+                uint object_count, global float *values, global uint *ids)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   GeometrySources geometry = {positions, normals, tangents};

@@ -1,5 +1,6 @@
-// Depth maps as cl/raster writes them and whoever looks things up in them reads: float depth / w in [0, 1], 1 where nothing
-// is. Square, row by row in blocks of 4 x 4 texels: texel (x, y) of a map of `size` is at depth_map_index(x, y, size).
+// Depth maps as cl/raster writes them and whoever looks things up in them reads: float depth / w in [0, 1], 1 where
+// nothing is. Square, row by row in blocks of 4 x 4 texels: texel (x, y) of a map of `size` is at depth_map_index(x, y,
+// size).
 #ifndef SHARED_DEPTH_MAP_H
 #define SHARED_DEPTH_MAP_H
 

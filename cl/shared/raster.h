@@ -45,8 +45,8 @@ SHARED_SIZE(RasterSpan, 20);
 #define VISIBLE_BINS 25    // first x | last x << 16, the same for y
 #define VISIBLE_WORDS 32
 
-// Words of a triangle's record for depth maps (cl/raster/depth_setup.cl). What a map shows of it is settled by integers:
-// vertices in 1/256 of a texel from the map's top left corner, turned so that the area is positive.
+// Words of a triangle's record for depth maps (cl/raster/depth_setup.cl). What a map shows of it is settled by
+// integers: vertices in 1/256 of a texel from the map's top left corner, turned so that the area is positive.
 #define DEPTH_VERTEX 0   // 6 ints: x, y of each corner
 #define DEPTH_PLANE 6    // floats: depth at corner 0, its growth by 1/256 of a texel along x and y
 #define DEPTH_LIMITS 9   // floats: least and greatest depth of the corners
@@ -59,7 +59,8 @@ SHARED_SIZE(RasterSpan, 20);
 // corner before division, for whoever draws it to clip.
 #define DEPTH_CLIPPED 0x80000000u
 
-// A triangle that a work-item of its own would take too long for, in the lists of the direct way (cl/raster/*_direct.cl).
+// A triangle that a work-item of its own would take too long for, in the lists of the direct way
+// (cl/raster/*_direct.cl).
 typedef struct RasterBox {
   uint number;  // of the triangle in the blocks
   uint view;    // of the view table

@@ -69,8 +69,8 @@ SHARED_SIZE(LightInfo, 52);
 #define ENVIRONMENT_KIND_GRADIENT 1u
 #define ENVIRONMENT_KIND_IMAGE 2u
 
-// Radiance from far away; the colours have the intensity in them. `harmonics` are the nine real spherical harmonics of the radiance in the
-// order of Ramamoorthi and Hanrahan 2001: 00, 1-1, 10, 11, 2-2, 2-1, 20, 21, 22, in world space.
+// Radiance from far away; the colours have the intensity in them. `harmonics` are the nine real spherical harmonics of
+// the radiance in the order of Ramamoorthi and Hanrahan 2001: 00, 1-1, 10, 11, 2-2, 2-1, 20, 21, 22, in world space.
 typedef struct EnvironmentInfo {
   uint kind;
   uint width, height;  // of the image

@@ -6,10 +6,11 @@
 #include "shared/types.h"
 
 // A position p is taken relative to the origin, so that its digits are spent on what is near: a = p - origin. Each row
-// is dotted with (a, 1). Pixel x = x / w, pixel y = y / w, from the top left corner of the view; w is the depth along the
-// view axis, or 1 for parallel projection.
+// is dotted with (a, 1). Pixel x = x / w, pixel y = y / w, from the top left corner of the view; w is the depth along
+// the view axis, or 1 for parallel projection.
 //   camera  depth is t of its rays: the depth along the view axis; hits lie in (near, far]
-//   map     depth / w lies in [near, far] = [0, 1]; what is nearer is drawn at 0 where w >= least_w, what is farther is not.
+//   map     depth / w lies in [near, far] = [0, 1]; what is nearer is drawn at 0 where w >= least_w, what is farther is
+//   not.
 //           In perspective depth / w = depth_far + depth_by_w / w, which is more exact.
 typedef struct RasterView {
   Float3 origin;

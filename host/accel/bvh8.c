@@ -26,8 +26,8 @@ typedef struct Tasks {
 } Tasks;
 
 // One walk over the tree to be, depth first. It counts where `out` is NULL and writes otherwise. The walk over the top
-// leaves branches of fewer than `task_triangles` to tasks: the first time it collects them, the second time it gives each
-// its place.
+// leaves branches of fewer than `task_triangles` to tasks: the first time it collects them, the second time it gives
+// each its place.
 typedef struct Walk {
   const Bvh2 *bvh;
   const Bvh8 *out;

@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <sys/mman.h>
 
-// Memory for `count` elements (at least one), aligned to 64 bytes or more and not cleared; freed with free(). NULL where
-// there is none.
+// Memory for `count` elements (at least one), aligned to 64 bytes or more and not cleared; freed with free(). NULL
+// where there is none.
 static inline void *large_array(size_t count, size_t element_bytes)
 {
   enum { HUGE_PAGE = 2 << 20 };

@@ -74,8 +74,8 @@ typedef struct Kernel {
 
 // Builds the embedded source `path` ("rays/trace_packet.cl") with its includes expanded and `options` ("-D X=1 ...")
 // added to those of the device. FRUGAL_KERNELS=DIR reads sources from that folder instead of the program.
-// The device keeps its programs until it is closed: a second call of the same is free, and one from another thread waits
-// for the first. Errors: STATUS_DEVICE with the compiler's log.
+// The device keeps its programs until it is closed: a second call of the same is free, and one from another thread
+// waits for the first. Errors: STATUS_DEVICE with the compiler's log.
 Status program_build(Program **out, Device *device, const char *path, const char *options, Log *log);
 Status program_kernel(Kernel *out, const Program *program, const char *name, Log *log);
 void kernel_free(Kernel *kernel);

@@ -150,8 +150,8 @@ done:
   return status;
 }
 
-// The device's program of that path and options, waiting for another thread that builds it; a new one, still to be built
-// by the caller, where there is none. Called with the lock held.
+// The device's program of that path and options, waiting for another thread that builds it; a new one, still to be
+// built by the caller, where there is none. Called with the lock held.
 static Program *program_find(Device *device, const char *path, const char *options)
 {
   for (Program *program = device->programs; program; program = program->next) {
@@ -177,7 +177,8 @@ static void program_forget(Device *device, Program *program)
   free(program);
 }
 
-// Tells the user, once, why nothing is to be seen: kernels that are in no cache take their time. Called with the lock held.
+// Tells the user, once, why nothing is to be seen: kernels that are in no cache take their time. Called with the lock
+// held.
 static void build_announce(Device *device, double ms, Log *log)
 {
   const double patience_ms = 300;

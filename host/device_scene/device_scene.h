@@ -22,8 +22,10 @@ typedef struct DeviceScene {
 Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log);
 void device_scene_free(DeviceScene *scene);
 
-// Fills has_textures to has_colors alone, from a scene whose images may not be decoded yet: what device_scene_options tells.
+// Fills has_textures to has_colors alone, from a scene whose images may not be decoded yet: what device_scene_options
+// tells.
 void device_scene_features(DeviceScene *out, const Scene *scene);
 
-// "-D HAS_TEXTURES ..." for the kernels that read surfaces or test alpha: code for what the scene lacks is not compiled.
+// "-D HAS_TEXTURES ..." for the kernels that read surfaces or test alpha: code for what the scene lacks is not
+// compiled.
 void device_scene_options(const DeviceScene *scene, char *out, size_t size);

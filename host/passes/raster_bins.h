@@ -10,8 +10,8 @@ typedef struct RasterBins {
   DeviceBuffer lists;    // 16-bit numbers [chunks][RASTER_CHUNK * RASTER_LARGE_BINS]
 } RasterBins;
 
-// For `chunks` chunks (or chunks times views); raster_bins_divide makes room for `bins` bins, now and again when there are
-// more. Errors: those of buffer_create.
+// For `chunks` chunks (or chunks times views); raster_bins_divide makes room for `bins` bins, now and again when there
+// are more. Errors: those of buffer_create.
 Status raster_bins_make(RasterBins *out, Device *device, size_t chunks, uint32_t record_words, Log *log);
 Status raster_bins_divide(RasterBins *bins, Device *device, size_t chunks, size_t bin_count, Log *log);
 void raster_bins_free(RasterBins *bins);

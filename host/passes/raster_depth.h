@@ -1,4 +1,5 @@
-// Depth maps by raster: cl/raster/depth_*.cl. Several square maps at once, one a view: a shadow map, the six faces of a cube.
+// Depth maps by raster: cl/raster/depth_*.cl. Several square maps at once, one a view: a shadow map, the six faces of a
+// cube.
 #pragma once
 
 #include "passes/raster_bins.h"
@@ -18,8 +19,8 @@ typedef struct RasterDepth {
   uint32_t pass_chunks;  // chunks times views that the buffers hold
 } RasterDepth;
 
-// For maps of size_px (a multiple of 4, at most 8192) texels a side, `view_capacity` at a time. `triangles` must outlive the
-// result. Errors: STATUS_USAGE for other sizes, those of program_build and buffer_create.
+// For maps of size_px (a multiple of 4, at most 8192) texels a side, `view_capacity` at a time. `triangles` must
+// outlive the result. Errors: STATUS_USAGE for other sizes, those of program_build and buffer_create.
 Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                          uint32_t size_px, uint32_t view_capacity, const RasterOptions *options, Log *log);
 void raster_depth_free(RasterDepth *raster);

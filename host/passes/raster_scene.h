@@ -14,8 +14,9 @@ typedef struct RasterScene {
 Status raster_scene_make(RasterScene *out, Device *device, const DeviceScene *scene, Log *log);
 void raster_scene_free(RasterScene *scene);
 
-// Two ways to the same result. Bins: triangles are sorted into squares of pixels, which are drawn each by one work-item.
-// Direct: triangles are drawn by work-items of their own, with atomics. Direct is quicker on a GPU, bins on a CPU.
+// Two ways to the same result. Bins: triangles are sorted into squares of pixels, which are drawn each by one
+// work-item. Direct: triangles are drawn by work-items of their own, with atomics. Direct is quicker on a GPU, bins on
+// a CPU.
 typedef enum RasterWay { RASTER_WAY_BEST, RASTER_WAY_BINS, RASTER_WAY_DIRECT } RasterWay;
 
 // How to draw. Limits keep the device memory of a pass bounded whatever the scene; 0 is the usual.
@@ -33,5 +34,6 @@ typedef struct RasterProgramOptions {
 } RasterProgramOptions;
 RasterProgramOptions raster_scene_options(const DeviceScene *scene);
 
-// The way on this device: direct where LANES is 1, the device is a GPU and, for camera visibility, it has 64-bit atomics.
+// The way on this device: direct where LANES is 1, the device is a GPU and, for camera visibility, it has 64-bit
+// atomics.
 RasterWay raster_way(const RasterOptions *options, const Device *device, bool needs_int64_atomics);

@@ -7,10 +7,10 @@ static Vec3 wide(Float3 v) { return vec3(v.x, v.y, v.z); }
 static Float4 row(Vec3 v, double last) { return (Float4){(float)v.x, (float)v.y, (float)v.z, (float)last}; }
 
 // Counted in roundings (2^-24) of the largest component, on the plane at depth 1: the intersection moves a vertex by 17
-// (|a| / w)^2 (lib/triangle.cl: 12 across the ray, which meets that plane at a slant), a sample's direction is off by 16
-// (1 + T), T being where the plane's corner is, and the setup's own projection by 4 (1 + 2 T + |a| / w) |a| / w. As |a| / w
-// is at least 1, 49 (1 + T) (|a| / w)^2 is above their sum. In parallel projection all of it is in metres, and rays have
-// origins, which are rounded at their distance from the world's.
+// (|a| / w)^2 (lib/triangle.cl: 12 across the ray, which meets that plane at a slant), a sample's direction is off by
+// 16 (1 + T), T being where the plane's corner is, and the setup's own projection by 4 (1 + 2 T + |a| / w) |a| / w. As
+// |a| / w is at least 1, 49 (1 + T) (|a| / w)^2 is above their sum. In parallel projection all of it is in metres, and
+// rays have origins, which are rounded at their distance from the world's.
 RasterView raster_view_of_camera(const CameraInfo *camera)
 {
   Vec3 position = wide(camera->position), forward = wide(camera->forward), right = wide(camera->right),

@@ -9,8 +9,8 @@
 RasterView raster_view_of_camera(const CameraInfo *camera);
 
 // The view of a depth map of size_px texels a side. map_from_world takes a position to (x, y, depth) in [0, 1]^3 after
-// division by w, x and y from the map's top left corner. `origin_world` is what positions are taken relative to: the light,
-// or the middle of what a parallel projection shows. In perspective depth must be a function of
-// w alone, as it is in every projection whose near and far planes face the view, and nothing nearer than least_w is drawn;
-// what is farther than that and before depth 0 is drawn at 0.
+// division by w, x and y from the map's top left corner. `origin_world` is what positions are taken relative to: the
+// light, or the middle of what a parallel projection shows. In perspective depth must be a function of
+// w alone, as it is in every projection whose near and far planes face the view, and nothing nearer than least_w is
+// drawn; what is farther than that and before depth 0 is drawn at 0.
 RasterView raster_view_of_map(const Mat4 *map_from_world, Vec3 origin_world, uint32_t size_px, double least_w);

@@ -1,5 +1,5 @@
-// Camera visibility by raster: cl/raster/visibility_*.cl. It gives the hit stream that tracing the wave's camera rays would
-// give, bit for bit.
+// Camera visibility by raster: cl/raster/visibility_*.cl. It gives the hit stream that tracing the wave's camera rays
+// would give, bit for bit.
 #pragma once
 
 #include "passes/camera_rays.h"
@@ -27,7 +27,8 @@ Status raster_visibility_make(RasterVisibility *out, Device *device, const Devic
                               const RasterScene *triangles, const RasterOptions *options, Log *log);
 void raster_visibility_free(RasterVisibility *raster);
 
-// Takes a camera, for waves of up to `capacity` slots: before the first wave of each picture. Errors: those of buffer_create.
+// Takes a camera, for waves of up to `capacity` slots: before the first wave of each picture. Errors: those of
+// buffer_create.
 Status raster_visibility_aim(RasterVisibility *raster, Device *device, const CameraRays *camera, uint32_t samples,
                              uint32_t capacity, Log *log);
 
@@ -36,8 +37,8 @@ Status raster_visibility_aim(RasterVisibility *raster, Device *device, const Cam
 Status raster_visibility(RasterVisibility *raster, Device *device, const DeviceScene *scene, const CameraRays *camera,
                          const Wave *wave, const HitStream *hits, uint32_t capacity, Log *log);
 
-// What it took so far: how often a triangle was tried on a block of 4 x 4 samples, and how many samples it then covered as
-// the nearest so far. Counted with bins alone. Waits for the device.
+// What it took so far: how often a triangle was tried on a block of 4 x 4 samples, and how many samples it then covered
+// as the nearest so far. Counted with bins alone. Waits for the device.
 typedef struct RasterCost {
   uint64_t block_tests, samples_covered;
 } RasterCost;

@@ -132,7 +132,8 @@ static ShadeInfo shade_info(const Frame *frame, uint32_t depth)
   };
 }
 
-// Shades a bounce by batches of lights, tracing each light's shadow rays in the lights' order. counts: what was spawned.
+// Shades a bounce by batches of lights, tracing each light's shadow rays in the lights' order. counts: what was
+// spawned.
 static Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t count, const ShadeInfo *info,
                            Coherence coherence, uint32_t counts[STREAM_COUNTS], Log *log)
 {

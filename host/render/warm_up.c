@@ -21,8 +21,8 @@ struct WarmUp {
   DeviceScene features;
 };
 
-// A frame of a scene that is empty, but for what decides which kernels it takes. Failures show again when the real frame
-// is made.
+// A frame of a scene that is empty, but for what decides which kernels it takes. Failures show again when the real
+// frame is made.
 static void kernels_build(WarmUp *warm_up)
 {
   Frame frame = {0};

@@ -17,7 +17,8 @@ typedef struct Texture {
   bool nearest;  // magnification filter
 } Texture;
 
-// Where a material reads a texture: texture_uv = uv_from_uv * (u, v, 1), a 2 x 3 matrix in rows (KHR_texture_transform).
+// Where a material reads a texture: texture_uv = uv_from_uv * (u, v, 1), a 2 x 3 matrix in rows
+// (KHR_texture_transform).
 typedef struct TextureSlot {
   int texture;  // index into Scene.textures, or NONE
   uint32_t uv_set;

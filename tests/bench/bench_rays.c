@@ -62,53 +62,53 @@ typedef struct EmbreeJob {
   float *distances;
 } EmbreeJob;
 
-#define TRACE_PACKET(N)                                                                             \
-  static void embree_trace_##N(const EmbreeJob *job, size_t first)                                  \
-  {                                                                                                 \
-    struct RTCRayHit##N packet;                                                                     \
-    int valid[N];                                                                                   \
-    for (int i = 0; i < N; i++) {                                                                   \
-      const float *r = job->rays;                                                                   \
-      size_t at = first + (size_t)i;                                                                \
-      valid[i] = ray_field(r, RAY_T_MAX, at) > 0 ? -1 : 0;                                          \
-      packet.ray.org_x[i] = ray_field(r, RAY_ORIGIN_X, at);                                         \
-      packet.ray.org_y[i] = ray_field(r, RAY_ORIGIN_Y, at);                                         \
-      packet.ray.org_z[i] = ray_field(r, RAY_ORIGIN_Z, at);                                         \
-      packet.ray.dir_x[i] = ray_field(r, RAY_DIRECTION_X, at);                                      \
-      packet.ray.dir_y[i] = ray_field(r, RAY_DIRECTION_Y, at);                                      \
-      packet.ray.dir_z[i] = ray_field(r, RAY_DIRECTION_Z, at);                                      \
-      packet.ray.tnear[i] = 0;                                                                      \
-      packet.ray.tfar[i] = ray_field(r, RAY_T_MAX, at);                                             \
-      packet.ray.time[i] = 0;                                                                       \
-      packet.ray.mask[i] = ~0u;                                                                     \
-      packet.hit.geomID[i] = packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;                     \
-    }                                                                                               \
-    EMBREE_CALL(N, valid, packet);                                                                  \
-    for (int i = 0; i < N; i++) {                                                                   \
+#define TRACE_PACKET(N)                                                                                        \
+  static void embree_trace_##N(const EmbreeJob *job, size_t first)                                             \
+  {                                                                                                            \
+    struct RTCRayHit##N packet;                                                                                \
+    int valid[N];                                                                                              \
+    for (int i = 0; i < N; i++) {                                                                              \
+      const float *r = job->rays;                                                                              \
+      size_t at = first + (size_t)i;                                                                           \
+      valid[i] = ray_field(r, RAY_T_MAX, at) > 0 ? -1 : 0;                                                     \
+      packet.ray.org_x[i] = ray_field(r, RAY_ORIGIN_X, at);                                                    \
+      packet.ray.org_y[i] = ray_field(r, RAY_ORIGIN_Y, at);                                                    \
+      packet.ray.org_z[i] = ray_field(r, RAY_ORIGIN_Z, at);                                                    \
+      packet.ray.dir_x[i] = ray_field(r, RAY_DIRECTION_X, at);                                                 \
+      packet.ray.dir_y[i] = ray_field(r, RAY_DIRECTION_Y, at);                                                 \
+      packet.ray.dir_z[i] = ray_field(r, RAY_DIRECTION_Z, at);                                                 \
+      packet.ray.tnear[i] = 0;                                                                                 \
+      packet.ray.tfar[i] = ray_field(r, RAY_T_MAX, at);                                                        \
+      packet.ray.time[i] = 0;                                                                                  \
+      packet.ray.mask[i] = ~0u;                                                                                \
+      packet.hit.geomID[i] = packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;                                \
+    }                                                                                                          \
+    EMBREE_CALL(N, valid, packet);                                                                             \
+    for (int i = 0; i < N; i++) {                                                                              \
       if (job->ids) job->ids[first + (size_t)i] = packet.hit.geomID[i] == 0 ? packet.hit.primID[i] : HIT_NONE; \
-      if (job->distances) job->distances[first + (size_t)i] = packet.ray.tfar[i];                   \
-    }                                                                                               \
+      if (job->distances) job->distances[first + (size_t)i] = packet.ray.tfar[i];                              \
+    }                                                                                                          \
   }
 
 #ifdef EMBREE_4
-#define EMBREE_CALL(N, valid, packet)                                                              \
-  struct RTCIntersectArguments intersect;                                                          \
-  struct RTCOccludedArguments occluded;                                                            \
-  rtcInitIntersectArguments(&intersect);                                                           \
-  rtcInitOccludedArguments(&occluded);                                                             \
-  if (job->coherent) intersect.flags = occluded.flags = RTC_RAY_QUERY_FLAG_COHERENT;               \
-  if (job->any_hit)                                                                                \
-    rtcOccluded##N(valid, job->bench->embree_scene, &packet.ray, &occluded);                       \
-  else                                                                                             \
+#define EMBREE_CALL(N, valid, packet)                                                \
+  struct RTCIntersectArguments intersect;                                            \
+  struct RTCOccludedArguments occluded;                                              \
+  rtcInitIntersectArguments(&intersect);                                             \
+  rtcInitOccludedArguments(&occluded);                                               \
+  if (job->coherent) intersect.flags = occluded.flags = RTC_RAY_QUERY_FLAG_COHERENT; \
+  if (job->any_hit)                                                                  \
+    rtcOccluded##N(valid, job->bench->embree_scene, &packet.ray, &occluded);         \
+  else                                                                               \
     rtcIntersect##N(valid, job->bench->embree_scene, &packet, &intersect)
 #else
-#define EMBREE_CALL(N, valid, packet)                                                              \
-  struct RTCIntersectContext context;                                                              \
-  rtcInitIntersectContext(&context);                                                               \
-  if (job->coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;                          \
-  if (job->any_hit)                                                                                \
-    rtcOccluded##N(valid, job->bench->embree_scene, &context, &packet.ray);                        \
-  else                                                                                             \
+#define EMBREE_CALL(N, valid, packet)                                       \
+  struct RTCIntersectContext context;                                       \
+  rtcInitIntersectContext(&context);                                        \
+  if (job->coherent) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;   \
+  if (job->any_hit)                                                         \
+    rtcOccluded##N(valid, job->bench->embree_scene, &context, &packet.ray); \
+  else                                                                      \
     rtcIntersect##N(valid, job->bench->embree_scene, &context, &packet)
 #endif
 TRACE_PACKET(8)
@@ -118,11 +118,15 @@ static void embree_trace_1(const EmbreeJob *job, size_t i)
 {
   const float *r = job->rays;
   if (ray_field(r, RAY_T_MAX, i) <= 0) return;
-  struct RTCRayHit one = {
-      .ray = {.org_x = ray_field(r, RAY_ORIGIN_X, i), .org_y = ray_field(r, RAY_ORIGIN_Y, i), .org_z = ray_field(r, RAY_ORIGIN_Z, i),
-              .dir_x = ray_field(r, RAY_DIRECTION_X, i), .dir_y = ray_field(r, RAY_DIRECTION_Y, i),
-              .dir_z = ray_field(r, RAY_DIRECTION_Z, i), .tfar = ray_field(r, RAY_T_MAX, i), .mask = ~0u},
-      .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
+  struct RTCRayHit one = {.ray = {.org_x = ray_field(r, RAY_ORIGIN_X, i),
+                                  .org_y = ray_field(r, RAY_ORIGIN_Y, i),
+                                  .org_z = ray_field(r, RAY_ORIGIN_Z, i),
+                                  .dir_x = ray_field(r, RAY_DIRECTION_X, i),
+                                  .dir_y = ray_field(r, RAY_DIRECTION_Y, i),
+                                  .dir_z = ray_field(r, RAY_DIRECTION_Z, i),
+                                  .tfar = ray_field(r, RAY_T_MAX, i),
+                                  .mask = ~0u},
+                          .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
 #ifdef EMBREE_4
   if (job->any_hit)
     rtcOccluded1(job->bench->embree_scene, &one.ray, NULL);
@@ -158,10 +162,10 @@ static double embree_run_ms(const EmbreeJob *job)
 static double ours_run_ms(Bench *bench, RayClass class, Coherence coherence)
 {
   size_t before = bench->timeline.count;
-  Status status = class == SHADOW ? trace_any(&bench->tracer, bench->device, &bench->device_scene, &bench->stream, 0, RAYS,
-                                              &bench->radiance, coherence, "trace", &bench->log)
-                                  : trace_closest(&bench->tracer, bench->device, &bench->device_scene, &bench->stream, RAYS, 0,
-                                                  &bench->hits, coherence, "trace", &bench->log);
+  Status status = class == SHADOW ? trace_any(&bench->tracer, bench->device, &bench->device_scene, &bench->stream, 0,
+                                              RAYS, &bench->radiance, coherence, "trace", &bench->log)
+                                  : trace_closest(&bench->tracer, bench->device, &bench->device_scene, &bench->stream,
+                                                  RAYS, 0, &bench->hits, coherence, "trace", &bench->log);
   if (!status) status = device_finish(bench->device, &bench->log);
   if (status || bench->timeline.count == before) {
     fprintf(stderr, "bench_rays: %s\n", bench->log.error);
@@ -187,7 +191,8 @@ static void class_run(Bench *bench, RayClass class)
 {
   static uint32_t slots[RAYS];
   for (uint32_t i = 0; i < RAYS; i++) slots[i] = i;
-  buffer_write(bench->device, &bench->stream.rays, bench->rays[class], sizeof(float) * RAY_FIELD_COUNT * RAYS, &bench->log);
+  buffer_write(bench->device, &bench->stream.rays, bench->rays[class], sizeof(float) * RAY_FIELD_COUNT * RAYS,
+               &bench->log);
   buffer_write(bench->device, &bench->stream.slots, slots, sizeof slots, &bench->log);
   static const int widths[] = {1, 8, 16};
   double theirs[3][ROUNDS], ours[2][ROUNDS];
@@ -196,7 +201,10 @@ static void class_run(Bench *bench, RayClass class)
     int at = round < 0 ? 0 : round;
     for (int c = 0; c < 1 + wide; c++) ours[c][at] = ours_run_ms(bench, class, c ? RAYS_INCOHERENT : RAYS_COHERENT);
     for (int w = 0; w < 3; w++) {
-      EmbreeJob job = {.bench = bench, .rays = bench->rays[class], .any_hit = class == SHADOW, .coherent = class != DIFFUSE,
+      EmbreeJob job = {.bench = bench,
+                       .rays = bench->rays[class],
+                       .any_hit = class == SHADOW,
+                       .coherent = class != DIFFUSE,
                        .width = widths[w]};
       theirs[w][at] = embree_run_ms(&job);
     }
@@ -210,8 +218,8 @@ static void class_run(Bench *bench, RayClass class)
     if (ms < best) best = ms, best_width = widths[w];
   }
   double chosen = fmin(packet, single);
-  printf("  %-8s %8u  packet %7.1f  single %7.1f  embree %7.1f (width %2d)  ours/embree %.2f\n", class_names[class], active,
-         1e-3 * active / packet, 1e-3 * active / single, 1e-3 * active / best, best_width, best / chosen);
+  printf("  %-8s %8u  packet %7.1f  single %7.1f  embree %7.1f (width %2d)  ours/embree %.2f\n", class_names[class],
+         active, 1e-3 * active / packet, 1e-3 * active / single, 1e-3 * active / best, best_width, best / chosen);
 }
 
 static Vec3 position_of(const Bench *bench, uint32_t id, int corner)
@@ -245,19 +253,23 @@ static void secondary_rays_make(Bench *bench)
     for (int c = SHADOW; c < CLASS_COUNT; c++) ray_set(bench->rays[c], i, vec3(0, 0, 0), vec3(0, 0, 1), -1);
     uint32_t id = bench->ids[i];
     if (id == HIT_NONE) continue;
-    Vec3 direction = vec3(ray_field(primary, RAY_DIRECTION_X, i), ray_field(primary, RAY_DIRECTION_Y, i), ray_field(primary, RAY_DIRECTION_Z, i));
-    Vec3 origin = vec3(ray_field(primary, RAY_ORIGIN_X, i), ray_field(primary, RAY_ORIGIN_Y, i), ray_field(primary, RAY_ORIGIN_Z, i));
+    Vec3 direction = vec3(ray_field(primary, RAY_DIRECTION_X, i), ray_field(primary, RAY_DIRECTION_Y, i),
+                          ray_field(primary, RAY_DIRECTION_Z, i));
+    Vec3 origin = vec3(ray_field(primary, RAY_ORIGIN_X, i), ray_field(primary, RAY_ORIGIN_Y, i),
+                       ray_field(primary, RAY_ORIGIN_Z, i));
     Vec3 edge1 = vec3_sub(position_of(bench, id, 1), position_of(bench, id, 0));
     Vec3 edge2 = vec3_sub(position_of(bench, id, 2), position_of(bench, id, 0));
     Vec3 n = vec3_unit_or(vec3_cross(edge1, edge2), vec3(0, 1, 0));
     if (vec3_dot(n, direction) > 0) n = vec3_neg(n);
-    Vec3 p = vec3_add(vec3_add(origin, vec3_scale(direction, bench->distances[i])), vec3_scale(n, 1e-4 * vec3_length(vec3_sub(high, low))));
+    Vec3 p = vec3_add(vec3_add(origin, vec3_scale(direction, bench->distances[i])),
+                      vec3_scale(n, 1e-4 * vec3_length(vec3_sub(high, low))));
     Vec3 d = vec3_unit_or(direction, vec3(0, 0, 1));
     ray_set(bench->rays[SHADOW], i, p, vec3_sub(light, p), 1);
     ray_set(bench->rays[MIRROR], i, p, vec3_sub(d, vec3_scale(n, 2 * vec3_dot(d, n))), INFINITY);
     double u = hash((uint32_t)i * 2 + 1) / 4294967296.0, phi = 2 * M_PI * (hash((uint32_t)i * 2 + 2) / 4294967296.0);
     Vec3 s = vec3_unit_or(vec3_cross(n, fabs(n.x) < 0.7 ? vec3(1, 0, 0) : vec3(0, 1, 0)), n), t = vec3_cross(n, s);
-    Vec3 out = vec3_add(vec3_scale(n, sqrt(1 - u)), vec3_add(vec3_scale(s, sqrt(u) * cos(phi)), vec3_scale(t, sqrt(u) * sin(phi))));
+    Vec3 out = vec3_add(vec3_scale(n, sqrt(1 - u)),
+                        vec3_add(vec3_scale(s, sqrt(u) * cos(phi)), vec3_scale(t, sqrt(u) * sin(phi))));
     ray_set(bench->rays[DIFFUSE], i, p, out, INFINITY);
   }
 }
@@ -270,8 +282,10 @@ static void embree_make(Bench *bench)
   bench->embree = rtcNewDevice(config);
   bench->embree_scene = rtcNewScene(bench->embree);
   RTCGeometry geometry = rtcNewGeometry(bench->embree, RTC_GEOMETRY_TYPE_TRIANGLE);
-  float *positions = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, flat->vertex_count);
-  uint32_t *indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, flat->triangle_count);
+  float *positions =
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, flat->vertex_count);
+  uint32_t *indices =
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, flat->triangle_count);
   memcpy(positions, flat->positions, 12 * (size_t)flat->vertex_count);
   for (size_t i = 0; i < flat->triangle_count; i++) memcpy(indices + 3 * i, flat->corners[i].vertex, 12);
   rtcCommitGeometry(geometry);
@@ -313,15 +327,18 @@ static Status bench_run(Bench *bench, const char *path)
   TRY(camera_rays_make(&camera, bench->device, &info, 1, &bench->log));
   Wave wave = {0, RAYS / 64, 0, 1};
   TRY(camera_rays_generate(&camera, bench->device, &wave, &bench->stream, &bench->log));
-  TRY(buffer_read(bench->device, &bench->stream.rays, bench->rays[PRIMARY], sizeof(float) * RAY_FIELD_COUNT * RAYS, &bench->log));
+  TRY(buffer_read(bench->device, &bench->stream.rays, bench->rays[PRIMARY], sizeof(float) * RAY_FIELD_COUNT * RAYS,
+                  &bench->log));
   camera_rays_free(&camera);
 
   embree_make(bench);
-  EmbreeJob job = {.bench = bench, .rays = bench->rays[PRIMARY], .width = 8, .ids = bench->ids, .distances = bench->distances};
+  EmbreeJob job = {
+      .bench = bench, .rays = bench->rays[PRIMARY], .width = 8, .ids = bench->ids, .distances = bench->distances};
   embree_run_ms(&job);
   secondary_rays_make(bench);
-  printf("%s: %u triangles, %s, %u lanes; build %.1f ms (Embree %.1f); Mrays/s, medians of %d\n", path, bench->flat.triangle_count,
-         device_info(bench->device)->name, device_traits(bench->device)->lanes, bench->bvh_ms, bench->embree_build_ms, ROUNDS);
+  printf("%s: %u triangles, %s, %u lanes; build %.1f ms (Embree %.1f); Mrays/s, medians of %d\n", path,
+         bench->flat.triangle_count, device_info(bench->device)->name, device_traits(bench->device)->lanes,
+         bench->bvh_ms, bench->embree_build_ms, ROUNDS);
   for (int c = 0; c < CLASS_COUNT; c++) class_run(bench, (RayClass)c);
 
 done:

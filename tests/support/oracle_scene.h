@@ -30,8 +30,8 @@ typedef struct OracleBlock {
 
 typedef struct OracleScene OracleScene;
 
-// Share of the light that the point (u, v) of a triangle stops: 0 is not there at all. Lowers *margin to how far u or v is
-// from another answer.
+// Share of the light that the point (u, v) of a triangle stops: 0 is not there at all. Lowers *margin to how far u or v
+// is from another answer.
 typedef double (*OracleCoverage)(const OracleScene *scene, uint32_t triangle, double u, double v, double *margin);
 
 struct OracleScene {

@@ -71,8 +71,9 @@ WIDE static void block_score(double score[ORACLE_BLOCK], const OracleBlock *bloc
   }
 }
 
-// A number of some 106 bits, hi + lo, with |lo| <= ulp(hi) / 2. Source: Dekker, "A Floating-Point Technique for Extending
-// the Available Precision", 1971; Knuth, "The Art of Computer Programming", volume 2, section 4.2.2 (the sum).
+// A number of some 106 bits, hi + lo, with |lo| <= ulp(hi) / 2. Source: Dekker, "A Floating-Point Technique for
+// Extending the Available Precision", 1971; Knuth, "The Art of Computer Programming", volume 2, section 4.2.2 (the
+// sum).
 typedef struct Pair {
   double hi, lo;
 } Pair;
@@ -113,8 +114,8 @@ static double edge_volume(Vec3 o, Vec3 d, Vec3 p, Vec3 q)
 // A product in an edge function rounds to this share of what a coordinate may be off by.
 #define PRODUCTS 0.25
 
-// A triangle as a ray sees it. By corner: the volume of the edge opposite to it, and how much an error of 1 changes that;
-// depths along the ray and along the direction's largest axis, which agree where the ray hits, and not beside it.
+// A triangle as a ray sees it. By corner: the volume of the edge opposite to it, and how much an error of 1 changes
+// that; depths along the ray and along the direction's largest axis, which agree where the ray hits, and not beside it.
 typedef struct View {
   double volume[3], slack[3], depth[2][3];
   double side, det;  // det: the sum of the volumes, without its sign
@@ -216,8 +217,8 @@ static bool counts(const Candidate *at, const OracleRay *ray)
 }
 
 // How far a triangle would have to move to be hit no longer before depth `end`, or no longer after it: its plane across
-// the ray, and, since a hit lies between the corners, its farthest or nearest corner along it. 0 or less where it is not.
-// `condition`: of `end`, which moves as well.
+// the ray, and, since a hit lies between the corners, its farthest or nearest corner along it. 0 or less where it is
+// not. `condition`: of `end`, which moves as well.
 static double before(const Candidate *at, double end, double condition)
 {
   if (!isfinite(end)) return end > at->t ? INFINITY : -INFINITY;

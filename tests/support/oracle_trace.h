@@ -12,8 +12,8 @@ typedef struct OracleRay {
   bool cull;       // single-sided triangles are open from behind (camera and reflected rays)
   double reach_m;  // margins count lengths below this one as this long: for an origin that a device has rounded
   // An arithmetic may refuse hits so near to t_min that it cannot tell on which side they are. Those have a margin of 0
-  // whose distance from there is no more than this share of the distance of the triangle's vertices, and of its depth over
-  // the height at which it is seen.
+  // whose distance from there is no more than this share of the distance of the triangle's vertices, and of its depth
+  // over the height at which it is seen.
   double start_margin;
 } OracleRay;
 

@@ -47,8 +47,9 @@ void trace_fixture_lit(bool *out, TraceFixture *fixture, TraceKernel kernel, con
 // coordinate takes at most 6 roundings of 2^-24, so that a vertex is off by 6 x sqrt(2) of them across the ray.
 #define TRACE_ROUNDING (8 * 0x1p-24)
 
-// Within this of its start (OracleRay.start_margin) a ray may miss what it starts on: triangle_intersect bounds the error
-// of t by 3 x (12 x y + 4 z (x + y)) roundings over the determinant, with x, y, z up to the distance of the vertices.
+// Within this of its start (OracleRay.start_margin) a ray may miss what it starts on: triangle_intersect bounds the
+// error of t by 3 x (12 x y + 4 z (x + y)) roundings over the determinant, with x, y, z up to the distance of the
+// vertices.
 #define TRACE_START_MARGIN (64 * 0x1p-24)
 
 // The same ray for the oracle, with TRACE_START_MARGIN; culls as camera rays do if `cull`.
