@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "support/gltf_build.h"
+#include "support/test_device.h"
 
 enum { DEVICES = 4 };
 
@@ -44,10 +45,11 @@ void picture_assert_ok(Status status)
 Device *picture_device(uint32_t lanes)
 {
   int at = 0;
+  if (test_on_gpu()) lanes = traits_by_lanes[0].lanes;
   while (at < DEVICES && traits_by_lanes[at].lanes != lanes) at++;
   assert_int_not_equal(at, DEVICES);
   if (devices[at]) return devices[at];
-  picture_assert_ok(device_open(&devices[at], NULL, 0, NULL, &picture_log));
+  picture_assert_ok(device_open(&devices[at], test_device(), 0, NULL, &picture_log));
   if (at) device_override_traits(devices[at], &traits_by_lanes[at]);
   return devices[at];
 }

@@ -12,6 +12,7 @@
 #include "shared/stream.h"
 #include "support/gltf_build.h"
 #include "support/oracle_scene.h"
+#include "support/test_device.h"
 
 const char *const raster_variant_names[RASTER_VARIANTS] = {"bins of 16 lanes", "bins of 8 lanes", "bins of 1 lane",
                                                            "direct"};
@@ -24,7 +25,7 @@ static DeviceTraits native;
 int raster_tests_begin(void **state)
 {
   if (gltf_tests_begin(state)) return -1;
-  if (device_open(&device, "cpu", 0, NULL, &raster_log)) {
+  if (device_open(&device, test_device(), 0, NULL, &raster_log)) {
     fprintf(stderr, "%s\n", raster_log.error);
     return -1;
   }
@@ -42,7 +43,7 @@ int raster_tests_end(void **state)
 Device *raster_device(RasterVariant variant)
 {
   DeviceTraits traits = native;
-  bool scalar = variant == RASTER_BINS_1 || variant == RASTER_DIRECT_1;
+  bool scalar = test_on_gpu() || variant == RASTER_BINS_1 || variant == RASTER_DIRECT_1;
   traits.lanes = scalar ? 1 : variant == RASTER_BINS_8 ? 8 : 16;
   traits.rays_per_item = scalar ? 1 : 64;
   traits.group_size = scalar ? 64 : 1;

@@ -10,6 +10,7 @@
 
 #include "shared/stream.h"
 #include "support/oracle_surface.h"
+#include "support/test_device.h"
 
 const char *const trace_kernel_names[TRACE_KERNELS] = {"packets of 16", "packets of 8", "packets of 1", "single rays"};
 
@@ -27,7 +28,7 @@ static void assert_ok(Status status, const Log *log)
 // Makes the device one of that width until the next call, and returns its tracer.
 static Tracer *tracer_choose(TraceFixture *fixture, TraceKernel kernel)
 {
-  int width = kernel == TRACE_SINGLE ? TRACE_PACKET_16 : (int)kernel;
+  int width = test_on_gpu() ? TRACE_PACKET_1 : kernel == TRACE_SINGLE ? TRACE_PACKET_16 : (int)kernel;
   device_override_traits(fixture->device, &traits_of_width[width]);
   return &fixture->tracers[width];
 }
@@ -38,7 +39,7 @@ void trace_fixture_make(TraceFixture *out, const Soup *soup)
   *out = (TraceFixture){.model = scene_from_soup(soup)};
   out->oracle = oracle_scene_from_model(&out->model);
   out->oracle.coverage = oracle_surface_coverage;
-  assert_ok(device_open(&out->device, "cpu", 0, NULL, &log), &log);
+  assert_ok(device_open(&out->device, test_device(), 0, NULL, &log), &log);
   tracer_choose(out, TRACE_PACKET_16);
   assert_ok(device_scene_make(&out->scene, out->device, &out->model, NULL, &log), &log);
   for (int width = 0; width < TRACE_WIDTHS; width++) {
