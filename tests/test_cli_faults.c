@@ -18,6 +18,7 @@
 #include <cmocka.h>
 
 #include "support/cli.h"
+#include "support/test_device.h"
 
 enum { DEVICE = 3, OUTPUT = 5 };
 
@@ -60,6 +61,7 @@ static void assert_cache_replaced(const char *reason)
 // Nowhere to keep kernels, or no room: a temporary cache takes the place, and goes.
 static void an_unusable_kernel_cache_is_replaced(void **state)
 {
+  if (test_skips_on_gpu("the kernel cache of PoCL")) return;
   char variable[600], reason[600];
   const char *place = cli_path("cache");
   snprintf(variable, sizeof variable, "POCL_CACHE_DIR=%s", place);
@@ -167,6 +169,7 @@ static void interrupts_while_the_picture_is_written(void **state)
 // While kernels compile into a temporary cache, which goes too.
 static void interrupts_while_kernels_compile(void **state)
 {
+  if (test_skips_on_gpu("kernels that compile for seconds")) return;
   static char nowhere[600];
   snprintf(nowhere, sizeof nowhere, "POCL_CACHE_DIR=%s/scene.glb/cache", cli_folder);
   cli_scene();

@@ -1,7 +1,28 @@
 // Which hits count, and which of two is seen: the rules that raster and rays share.
 
 #include "lib/alpha.cl"
+#include "lib/slab.cl"
 #include "lib/triangle.cl"
+
+// The distance of a sliver, or of a triangle seen edge on, may be off by more than the boxes of a tree are padded by,
+// and then what is nearest would hang on which boxes a tracer had looked into. Where t is in doubt
+// (TriangleHit.doubtful) it is not taken to be before the ray enters the triangle's own box, which lies in every box
+// that holds the triangle; a ray that misses that box, or leaves it before t_min, does not hit. `slab` is the ray's; a,
+// b and c are the triangle's vertices in world space.
+static inline void hit_hold(TriangleHit *hit, FloatL t_min, const SlabAxis slab[3], const FloatL a[3],
+                            const FloatL b[3], const FloatL c[3])
+{
+  FloatL enter = FLOATL(-INFINITY), leave = FLOATL(INFINITY);
+  for (uint axis = 0; axis < 3; axis++) {
+    FloatL low = min_lane(min_lane(a[axis], b[axis]), c[axis]), high = max_lane(max_lane(a[axis], b[axis]), c[axis]);
+    IntL backwards = slab[axis].inverse < FLOATL(0);
+    enter = max_lane(slab_near(&slab[axis], backwards ? high : low), enter);
+    leave = min_lane(slab_far(&slab[axis], backwards ? low : high), leave);
+  }
+  FloatL padded = leave * FLOATL(BOX_PADDING);
+  hit->inside = hit->inside & !(hit->doubtful & ((enter > padded) | (t_min > padded)));
+  hit->t = hit->doubtful ? max_lane(hit->t, enter) : hit->t;
+}
 
 // Lanes of `lanes` in which `hit` on triangle `id` (flags: TRIANGLE_*) lies beyond t_min and beats what was closest so
 // far: the nearer wins, of equals the lower id. Back faces of single-sided triangles are open. `positive_kz`: the

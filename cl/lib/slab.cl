@@ -12,8 +12,9 @@
 
 #include "lib/lanes.cl"
 
-// Rounding of t itself: a box is entered if the ray meets it within this factor.
-#define BOX_PADDING 1.000001f
+// A box is entered if the ray meets it within this factor: the rounding of t itself, and of hits whose distance is not
+// in doubt (HIT_DOUBT of lib/triangle.cl).
+#define BOX_PADDING 1.00002f
 
 typedef struct SlabAxis {
   FloatL inverse;

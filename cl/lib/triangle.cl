@@ -48,8 +48,12 @@ typedef struct TriangleHit {
   IntL inside;     // the line meets the triangle
   FloatL t, u, v;  // distance, weights of vertices 1 and 2; undefined where not inside
   FloatL t_error;  // bound on the error of t from all roundings but that of the shear, which vanishes at t = 0
+  IntL doubtful;   // t_error is above HIT_DOUBT of t
   IntL determinant_positive;  // front face, if the direction's component kz is positive
 } TriangleHit;
+
+// A distance is in doubt where rounding may move it by more than this share of it.
+#define HIT_DOUBT 1e-5f
 
 #define ROUNDING 5.9604645e-8f  // 2^-24, half an ulp of 1
 
@@ -79,7 +83,8 @@ static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, F
   FloatL determinant = u + v + w;
   hit.inside =
       (((u >= zero) & (v >= zero) & (w >= zero)) | ((u <= zero) & (v <= zero) & (w <= zero))) & (determinant != zero);
-  hit.t = (u * az + v * bz + w * cz) * ray->shear_z / determinant;
+  FloatL weighted = u * az + v * bz + w * cz;
+  hit.t = weighted * ray->shear_z / determinant;
   hit.u = v / determinant;
   hit.v = w / determinant;
   hit.determinant_positive = determinant > zero;
@@ -92,5 +97,7 @@ static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, F
   FloatL depth = max_lane(max_lane(az, bz), cz) - min_lane(min_lane(az, bz), cz);
   hit.t_error = FLOATL(ROUNDING) * fabs(ray->shear_z) *
                 (FLOATL(6) * z + FLOATL(3) * edge * depth / max_lane(fabs(determinant), FLOATL(1e-37f)));
+  hit.doubtful =
+      FLOATL(6) * z * fabs(determinant) + FLOATL(3) * edge * depth > fabs(weighted) * FLOATL(HIT_DOUBT / ROUNDING);
   return hit;
 }

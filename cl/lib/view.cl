@@ -43,7 +43,7 @@ static inline bool bounds_meet(global const RasterBounds *bounds, constant Raste
     Float4 p = planes[i];
     float reach = fabs(p.x) * half_size[0] + fabs(p.y) * half_size[1] + fabs(p.z) * half_size[2];
     float size = fabs(p.x) + fabs(p.y) + fabs(p.z);
-    float slack = 2 * RASTER_ROUNDING * (size * far_off + fabs(p.w)) + size * view->error_m;
+    float slack = 4 * RASTER_ROUNDING * (size * far_off + fabs(p.w)) + size * view->error_m;
     if (row_dot_one(p, center) + reach < -slack) return false;
   }
   return true;

@@ -59,7 +59,7 @@ static inline void visible_hard(VisibleTriangle *out, uint lane, constant Raster
   float ratio = far_off / cut, error_px = view->error_px;
   float margin = view->parallel ? error_px + view->error_px_m * far_off : error_px * ratio * ratio;
   margin += 2e-6f * (fabs(low_x) + fabs(low_y) + fabs(high_x) + fabs(high_y));
-  bool bounded = view->parallel || RASTER_ROUNDING * far_off <= 0.25f * view->near;
+  bool bounded = view->parallel || 4 * RASTER_ROUNDING * far_off <= 0.5f * view->near;
   bool sound = bounded && margin < 1e6f;  // false for NaN
   LANE_FLOAT(out->low_x, lane) = sound ? low_x - margin : -1;
   LANE_FLOAT(out->low_y, lane) = sound ? low_y - margin : -1;
@@ -105,7 +105,7 @@ static inline VisibleTriangle visible_setup(constant RasterView *view, const Vec
     ratio[i] = square[i] * inverse * inverse;
   }
   FloatL far_off = sqrt(max3_lane(square[0], square[1], square[2]));
-  FloatL slack = FLOATL(RASTER_ROUNDING) * far_off + FLOATL(view->error_m);
+  FloatL slack = FLOATL(4 * RASTER_ROUNDING) * far_off + FLOATL(view->error_m);  // above HIT_DOUBT
   out.culled = unused | (max3_lane(depth[0], depth[1], depth[2]) <= FLOATL(view->near) - slack) |
                (min3_lane(depth[0], depth[1], depth[2]) > FLOATL(view->far) + slack);
 

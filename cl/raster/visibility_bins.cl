@@ -30,6 +30,9 @@ typedef struct BinSamples {
   uint shared_axis;       // of all blocks, else AXIS_MIXED
   Vec3L parallel;         // the direction of all rays in parallel projection
   bool is_parallel;
+  constant CameraInfo *camera;
+  Float2 offset;
+  uint2 px;  // the bin's first pixel
 } BinSamples;
 
 // Hits by LANES slots: streams are aligned to whole vectors.
@@ -37,6 +40,7 @@ typedef struct Target {
   global FloatL *t, *u, *v;
   global UintL *ids;
   float t_min;
+  global const RasterBlock *triangles;
   const AttributeSources *attributes;
   uint tests, covered;
 } Target;
@@ -81,6 +85,9 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
                             uint tile_count, uint sample, bool begin, Target *to)
 {
   bool any = false;
+  bin->camera = camera;
+  bin->offset = offset;
+  bin->px = bin_px;
   bin->is_parallel = camera->orthographic;
   bin->parallel = broadcast3(camera->forward);
   bin->shared_axis = AXIS_MIXED;
@@ -114,9 +121,30 @@ static inline Permuted triangle_permute(global const float *vertex, uint axis)
   return p;
 }
 
-static inline __attribute__((always_inline)) void samples_test(const Permuted *p, uint id, uint flags,
-                                                               const ShearedRay *ray, IntL lanes, uint at, Target *to)
+// Holds a doubtful hit of a triangle on part of a block within the triangle's box.
+static __attribute__((noinline)) void samples_hold(TriangleHit *hit, uint number, const BinSamples *bin, uint block,
+                                                   uint part, const Target *to)
 {
+  IntL lane = INTL((int)(part * LANES)) + LANE_INDEX;
+  UintL x = UINTL(bin->px.x + block % BIN_SIDE * 4) + LANE_AS_UINT(lane & INTL(3));
+  UintL y = UINTL(bin->px.y + block / BIN_SIDE * 4) + LANE_AS_UINT(lane >> INTL(2));
+  CameraRay ray = camera_ray(bin->camera, x, y, bin->offset);
+  const SlabAxis slab[3] = {slab_axis(ray.origin.x, ray.direction.x), slab_axis(ray.origin.y, ray.direction.y),
+                            slab_axis(ray.origin.z, ray.direction.z)};
+  global const RasterBlock *triangles = &to->triangles[number / RASTER_STEP];
+  FloatL vertex[3][3];
+  for (uint corner = 0; corner < 3; corner++)
+    for (uint axis = 0; axis < 3; axis++)
+      vertex[corner][axis] = FLOATL(triangles->vertex[corner][axis][number % RASTER_STEP]);
+  hit_hold(hit, FLOATL(to->t_min), slab, vertex[0], vertex[1], vertex[2]);
+}
+
+// Tries a triangle on the lanes of `lanes` of part of a block.
+static inline __attribute__((always_inline)) void samples_test(const Permuted *p, global const uint *record,
+                                                               const ShearedRay *ray, IntL lanes, const BinSamples *bin,
+                                                               uint block, uint part, Target *to)
+{
+  uint id = record[VISIBLE_ID], flags = record[VISIBLE_FLAGS], at = bin->target[block] + part;
   to->tests++;
   TriangleHit hit =
       triangle_intersect(ray, FLOATL(p->a[0]), FLOATL(p->a[1]), FLOATL(p->a[2]), FLOATL(p->b[0]), FLOATL(p->b[1]),
@@ -124,8 +152,15 @@ static inline __attribute__((always_inline)) void samples_test(const Permuted *p
   if (!any_lane(hit.inside)) return;
   FloatL t = to->t[at];
   UintL ids = to->ids[at];
-  IntL wins = hit_is_closest(&hit, lanes, FLOATL(to->t_min), t, ids, id, flags, ray->shear_z > FLOATL(0));
+  IntL positive_kz = ray->shear_z > FLOATL(0);
+  IntL wins = hit_is_closest(&hit, lanes, FLOATL(to->t_min), t, ids, id, flags, positive_kz);
   if (!any_lane(wins)) return;
+  if (any_lane(wins & hit.doubtful)) {
+    TriangleHit held = hit;  // a copy, so that the usual hit stays in registers
+    samples_hold(&held, record[VISIBLE_NUMBER], bin, block, part, to);
+    hit = held;
+    wins = hit_is_closest(&hit, lanes, FLOATL(to->t_min), t, ids, id, flags, positive_kz);
+  }
   wins = hit_counts(&hit, wins, id, flags, to->attributes);
   if (!any_lane(wins)) return;
   to->covered += (uint)popcount(lane_bits(wins));
@@ -136,8 +171,8 @@ static inline __attribute__((always_inline)) void samples_test(const Permuted *p
 }
 
 // A block of any kind of rays: those of parallel projection, and those that do not share their dominant axis.
-static __attribute__((noinline)) void block_test_any(global const float *vertex, uint id, uint flags,
-                                                     const BinSamples *bin, uint block, Target *to)
+static __attribute__((noinline)) void block_test_any(global const uint *record, const BinSamples *bin, uint block,
+                                                     Target *to)
 {
   for (uint part = 0; part < BLOCK_PARTS; part++) {
     uint at = block * BLOCK_PARTS + part;
@@ -148,10 +183,10 @@ static __attribute__((noinline)) void block_test_any(global const float *vertex,
     for (uint kz = 0; kz < 3; kz++) {
       IntL lanes = axis == UINTL(kz);
       if (!any_lane(lanes)) continue;
-      Permuted p = triangle_permute(vertex, kz);
+      Permuted p = triangle_permute((global const float *)record + VISIBLE_VERTEX, kz);
       ShearedRay ray = {origin.x, origin.y, origin.z, kept.x, kept.y, kept.z};
       if (!sheared) ray = shear_ray(origin, direction, kz);
-      samples_test(&p, id, flags, &ray, lanes, bin->target[block] + part, to);
+      samples_test(&p, record, &ray, lanes, bin, block, part, to);
     }
   }
 }
@@ -168,7 +203,6 @@ static inline __attribute__((always_inline)) void bin_triangle(global const uint
   if (!(low_x <= RASTER_BIN_PX - 1 && low_y <= RASTER_BIN_PX - 1 && high_x >= 0 && high_y >= 0)) return;
   uint first_row = low_y > 3 ? (uint)(low_y - 3) / 4 : 0,
        last_row = high_y < RASTER_BIN_PX ? (uint)high_y / 4 : BIN_SIDE - 1;
-  uint id = record[VISIBLE_ID], flags = record[VISIBLE_FLAGS];
   bool shared = bin->shared_axis != AXIS_MIXED && !bin->is_parallel;
   Permuted p = triangle_permute(vertex, shared ? bin->shared_axis : 0);
   float edge_y[3], base[3];
@@ -195,13 +229,13 @@ static inline __attribute__((always_inline)) void bin_triangle(global const uint
     for (blocks &= bin->inside[row]; blocks; blocks &= blocks - 1) {
       uint block = row * BIN_SIDE + lowest_bit(blocks);
       if (!shared) {
-        block_test_any(vertex, id, flags, bin, block, to);
+        block_test_any(record, bin, block, to);
         continue;
       }
       for (uint part = 0; part < BLOCK_PARTS; part++) {
         uint at = block * BLOCK_PARTS + part;
         ShearedRay ray = {FLOATL(0), FLOATL(0), FLOATL(0), bin->a[at], bin->b[at], bin->c[at]};
-        samples_test(&p, id, flags, &ray, INTL(-1), bin->target[block] + part, to);
+        samples_test(&p, record, &ray, INTL(-1), bin, block, part, to);
       }
     }
   }
@@ -216,13 +250,13 @@ static inline void cost_add(global uint *sum, uint more)
 
 kernel void visibility_bins(constant CameraInfo *camera, constant Float2 *offsets, uint first_tile, uint tile_count,
                             uint first_sample, uint sample_count, uint columns, uint first_row, uint rows,
-                            uint wave_row, uint wave_rows, uint chunk_count, global const uint *records,
-                            global const RasterSpan *spans, global const uint *starts, global const ushort *lists,
-                            uint begin, float t_min, uint capacity, global float *hits, global uint *hit_ids,
-                            global uint *costs, global const TriangleCorners *corners, global const Float2 *uvs,
-                            global const Float4 *colors, uint vertex_count, global const MaterialInfo *materials,
-                            global const TextureInfo *textures, global const uchar4 *texels,
-                            constant float *linear_from_byte)
+                            uint wave_row, uint wave_rows, global const RasterBlock *triangles, uint chunk_count,
+                            global const uint *records, global const RasterSpan *spans, global const uint *starts,
+                            global const ushort *lists, uint begin, float t_min, uint capacity, global float *hits,
+                            global uint *hit_ids, global uint *costs, global const TriangleCorners *corners,
+                            global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
+                            global const MaterialInfo *materials, global const TextureInfo *textures,
+                            global const uchar4 *texels, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Bins bins = {columns, first_row, rows};
@@ -235,6 +269,7 @@ kernel void visibility_bins(constant CameraInfo *camera, constant Float2 *offset
                (global FloatL *)(hits + HIT_V * capacity),
                (global UintL *)hit_ids,
                t_min,
+               triangles,
                &attributes,
                0,
                0};

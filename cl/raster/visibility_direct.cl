@@ -40,45 +40,72 @@ typedef struct Scope {
 } Scope;
 
 typedef struct Triangle {
-  float3 a, b, c;  // relative to the eye; in parallel projection world space
+  float3 corner[3];  // world space
   uint id, flags;
 } Triangle;
 
-static inline Triangle triangle_load(global const RasterBlock *blocks, uint number, constant RasterView *view)
+static inline Triangle triangle_load(global const RasterBlock *blocks, uint number)
 {
   global const RasterBlock *block = &blocks[number / RASTER_STEP];
   uint slot = number % RASTER_STEP;
-  float3 origin = view->parallel ? (float3)(0) : vload3(0, &view->origin.x);
-  Triangle t = {(float3)(block->vertex[0][0][slot], block->vertex[0][1][slot], block->vertex[0][2][slot]) - origin,
-                (float3)(block->vertex[1][0][slot], block->vertex[1][1][slot], block->vertex[1][2][slot]) - origin,
-                (float3)(block->vertex[2][0][slot], block->vertex[2][1][slot], block->vertex[2][2][slot]) - origin,
-                block->id[slot], block->flags[slot]};
+  Triangle t;
+  for (uint i = 0; i < 3; i++)
+    t.corner[i] = (float3)(block->vertex[i][0][slot], block->vertex[i][1][slot], block->vertex[i][2][slot]);
+  t.id = block->id[slot];
+  t.flags = block->flags[slot];
   return t;
 }
 
-// The intersection of a triangle with the ray through a sample; in perspective both are taken relative to the eye.
-static inline TriangleHit sample_intersect(bool *positive_kz, const Triangle *t, constant CameraInfo *camera, uint x,
-                                           uint y, Float2 offset)
+typedef struct SampleRay {
+  CameraRay ray;
+  ShearedRay sheared;
+  uint kz;
+} SampleRay;
+
+static inline SampleRay sample_ray(constant CameraInfo *camera, uint x, uint y, Float2 offset)
 {
-  CameraRay ray = camera_ray(camera, x, y, offset);
-  uint kz = dominant_axis(ray.direction);
-  Vec3L origin = camera->orthographic ? ray.origin : vec3l(0, 0, 0);
-  ShearedRay sheared = shear_ray(origin, ray.direction, kz);
-  float3 a = t->a, b = t->b, c = t->c;
-  if (kz == 0) a = a.yzx, b = b.yzx, c = c.yzx;
-  if (kz == 1) a = a.zxy, b = b.zxy, c = c.zxy;
-  *positive_kz = component3(ray.direction, kz) > 0;
-  return triangle_intersect(&sheared, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
+  SampleRay s;
+  s.ray = camera_ray(camera, x, y, offset);
+  s.kz = dominant_axis(s.ray.direction);
+  s.sheared = shear_ray(s.ray.origin, s.ray.direction, s.kz);
+  return s;
+}
+
+static inline TriangleHit sample_intersect(const SampleRay *s, const Triangle *t)
+{
+  float3 a = t->corner[0], b = t->corner[1], c = t->corner[2];
+  if (s->kz == 0) a = a.yzx, b = b.yzx, c = c.yzx;
+  if (s->kz == 1) a = a.zxy, b = b.zxy, c = c.zxy;
+  return triangle_intersect(&s->sheared, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
+}
+
+static inline void sample_hold(TriangleHit *hit, const SampleRay *s, const Triangle *t, float t_min)
+{
+  const SlabAxis slab[3] = {slab_axis(s->ray.origin.x, s->ray.direction.x),
+                            slab_axis(s->ray.origin.y, s->ray.direction.y),
+                            slab_axis(s->ray.origin.z, s->ray.direction.z)};
+  float vertex[3][3];
+  for (uint i = 0; i < 3; i++) {
+    vertex[i][0] = t->corner[i].x;
+    vertex[i][1] = t->corner[i].y;
+    vertex[i][2] = t->corner[i].z;
+  }
+  hit_hold(hit, t_min, slab, vertex[0], vertex[1], vertex[2]);
 }
 
 // The key of a triangle at a sample; all ones where it is not seen.
 static inline ulong sample_key(const Triangle *t, const Scope *scope, uint x, uint y, uint sample)
 {
-  bool positive_kz;
-  TriangleHit hit =
-      sample_intersect(&positive_kz, t, scope->camera, x, y, scope->offsets[scope->wave.first_sample + sample]);
-  bool seen = hit_is_closest(&hit, 1, scope->t_min, scope->camera->far_m, HIT_NONE, t->id, t->flags, positive_kz);
-  seen = seen && hit_counts(&hit, 1, t->id, t->flags, scope->attributes);
+  SampleRay s = sample_ray(scope->camera, x, y, scope->offsets[scope->wave.first_sample + sample]);
+  TriangleHit hit = sample_intersect(&s, t);
+  IntL positive_kz = component3(s.ray.direction, s.kz) > 0;
+  float far_m = scope->camera->far_m;
+  if (!hit_is_closest(&hit, 1, scope->t_min, far_m, HIT_NONE, t->id, t->flags, positive_kz)) return ULONG_MAX;
+  if (hit.doubtful) {
+    sample_hold(&hit, &s, t, scope->t_min);
+    if (!hit_is_closest(&hit, 1, scope->t_min, far_m, HIT_NONE, t->id, t->flags, positive_kz)) return ULONG_MAX;
+  }
+  bool seen = hit_counts(&hit, 1, t->id, t->flags, scope->attributes);
   return seen ? (ulong)as_uint(hit.t) << 32 | t->id : ULONG_MAX;
 }
 
@@ -113,13 +140,15 @@ kernel void visibility_small(global const RasterBlock *blocks, uint first_triang
   uint number = first_triangle + get_global_id(0);
   if (get_global_id(0) >= triangle_count) return;
   Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
-  Triangle triangle = triangle_load(blocks, number, view);
+  Triangle triangle = triangle_load(blocks, number);
   if (triangle.id == RASTER_UNUSED) return;
   uint first_row = first_tile / camera->tiles_per_row * TILE_SIZE;
   uint end_row = min(((first_tile + tile_count - 1) / camera->tiles_per_row + 1) * TILE_SIZE, camera->height);
-  float3 origin = view->parallel ? vload3(0, &view->origin.x) : (float3)(0);
-  const float3 p[3] = {triangle.a - origin, triangle.b - origin, triangle.c - origin};
-  const Vec3L a[3] = {vec3l(p[0].x, p[0].y, p[0].z), vec3l(p[1].x, p[1].y, p[1].z), vec3l(p[2].x, p[2].y, p[2].z)};
+  Vec3L a[3];
+  for (uint i = 0; i < 3; i++) {
+    float3 relative = triangle.corner[i] - vload3(0, &view->origin.x);
+    a[i] = vec3l(relative.x, relative.y, relative.z);
+  }
   VisibleTriangle t = visible_setup(view, a, triangle.flags, 0);
   if (t.culled || !visible_samples(&t, view, first_row, end_row, offsets + first_sample, sample_count)) return;
   float2 low_offset = (float2)(0, 0), high_offset = (float2)(1, 1);
@@ -147,10 +176,10 @@ kernel void visibility_small(global const RasterBlock *blocks, uint first_triang
       for (int x = x0; x <= x1; x++) sample_draw(&triangle, &scope, (uint)x, (uint)y, sample, keys);
 }
 
-kernel void visibility_medium(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
-                              constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
-                              uint sample_count, float t_min, global ulong *keys, global const RasterBox *medium,
-                              global const uint *counts, ATTRIBUTE_PARAMETERS)
+kernel void visibility_medium(global const RasterBlock *blocks, constant CameraInfo *camera, constant Float2 *offsets,
+                              uint first_tile, uint tile_count, uint first_sample, uint sample_count, float t_min,
+                              global ulong *keys, global const RasterBox *medium, global const uint *counts,
+                              ATTRIBUTE_PARAMETERS)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
@@ -158,7 +187,7 @@ kernel void visibility_medium(global const RasterBlock *blocks, constant RasterV
        count = counts[RASTER_MEDIUM_COUNT];
   for (uint i = get_global_id(0) / RASTER_TEAM; i < count; i += teams) {
     RasterBox box = medium[i];
-    Triangle triangle = triangle_load(blocks, box.number, view);
+    Triangle triangle = triangle_load(blocks, box.number);
     uint x0 = box.x & 0xffffu, y0 = box.y & 0xffffu, width = (box.x >> 16) - x0 + 1,
          pixels = width * ((box.y >> 16) - y0 + 1);
     for (uint sample = 0; sample < sample_count; sample++)
@@ -169,10 +198,10 @@ kernel void visibility_medium(global const RasterBlock *blocks, constant RasterV
 
 #define TILE_SHARE (RASTER_TILE_PX * RASTER_TILE_PX / GROUP_SIZE)  // samples of a tile that a work-item has
 
-kernel void visibility_large(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
-                             constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
-                             uint sample_count, float t_min, global ulong *keys, global const RasterBox *large,
-                             global const uint *counts, uint columns, uint first_row, uint rows, ATTRIBUTE_PARAMETERS)
+kernel void visibility_large(global const RasterBlock *blocks, constant CameraInfo *camera, constant Float2 *offsets,
+                             uint first_tile, uint tile_count, uint first_sample, uint sample_count, float t_min,
+                             global ulong *keys, global const RasterBox *large, global const uint *counts, uint columns,
+                             uint first_row, uint rows, ATTRIBUTE_PARAMETERS)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
@@ -202,7 +231,7 @@ kernel void visibility_large(global const RasterBlock *blocks, constant RasterVi
     barrier(CLK_LOCAL_MEM_FENCE);
     uint waiting = queued;
     for (uint k = 0; k < waiting; k++) {
-      Triangle triangle = triangle_load(blocks, queue[k], view);
+      Triangle triangle = triangle_load(blocks, queue[k]);
       for (uint i = 0; i < TILE_SHARE; i++) {
         uint at = i * GROUP_SIZE + member;
         if (slots[i] == HIT_NONE) continue;
@@ -229,13 +258,11 @@ kernel void visibility_resolve(constant CameraInfo *camera, constant Float2 *off
   float t = camera_ray_end(camera, x, y), u = 0, v = 0;
   uint id = (uint)key;
   if (id != HIT_NONE) {
-    float3 origin = camera->orthographic ? (float3)(0) : vload3(0, &camera->position.x);
     global const uint *vertex = corners[id].vertex;
-    Triangle triangle = {vload3(vertex[0], positions) - origin, vload3(vertex[1], positions) - origin,
-                         vload3(vertex[2], positions) - origin, id, 0};
-    bool positive_kz;
-    TriangleHit hit =
-        sample_intersect(&positive_kz, &triangle, camera, x, y, offsets[first_sample + tile / tile_count]);
+    Triangle triangle;
+    for (uint i = 0; i < 3; i++) triangle.corner[i] = vload3(vertex[i], positions);
+    SampleRay s = sample_ray(camera, x, y, offsets[first_sample + tile / tile_count]);
+    TriangleHit hit = sample_intersect(&s, &triangle);
     t = as_float((uint)(key >> 32));
     u = hit.u;
     v = hit.v;

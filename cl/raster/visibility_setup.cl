@@ -78,7 +78,7 @@ kernel void visibility_setup(global const RasterBlock *blocks, global const Rast
     fields[VISIBLE_BOUNDS + 3] = LANE_AS_UINT(t.high_y);
     fields[VISIBLE_BINS] = bins_range(t.low_x, t.high_x, 0, columns);
     fields[VISIBLE_BINS + 1] = bins_range(t.low_y, t.high_y, first_row, first_row + rows);
-    fields[VISIBLE_UNUSED] = UINTL(0);
+    fields[VISIBLE_NUMBER] = LANE_AS_UINT(INTL((int)((first_chunk + chunk) * RASTER_CHUNK + first)) + LANE_INDEX);
     for (uint word = VISIBLE_BINS + 2; word < VISIBLE_WORDS; word++) fields[word] = UINTL(0);
     global uint *record = records + span.count * VISIBLE_WORDS;
     records_store(fields, VISIBLE_WORDS, bits, record);

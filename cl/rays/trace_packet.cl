@@ -79,6 +79,22 @@ static inline TriangleHit packet_triangle(global const BvhTriangle *triangle, co
 #endif
 }
 
+static inline void packet_hold(TriangleHit *hit, const Packet *p, global const BvhTriangle *triangle)
+{
+  FloatL vertex[3][3];
+  for (uint corner = 0; corner < 3; corner++)
+    for (uint axis = 0; axis < 3; axis++) vertex[corner][axis] = FLOATL(triangle->vertex[corner][axis]);
+  hit_hold(hit, p->t_min, p->slab, vertex[0], vertex[1], vertex[2]);
+}
+
+// Lanes of `group` for which the hit matters.
+static inline IntL packet_accept(const Packet *p, const TriangleHit *hit, IntL group, uint id, uint flags,
+                                 IntL positive_kz, bool any_hit)
+{
+  return any_hit ? hit->inside & group & (hit->t > p->t_min) & (hit->t < p->t_max) & !p->occluded
+                 : hit_is_closest(hit, group, p->t_min, p->t, p->id, id, flags, positive_kz);
+}
+
 // Tests the triangles of a leaf against the lanes of `group`.
 static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uint kz, IntL positive_kz,
                                global const BvhTriangle *triangles, uint first, uint count, bool any_hit,
@@ -87,9 +103,12 @@ static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uin
   for (uint i = first; i < first + count; i++) {
     uint id = triangles[i].id, flags = triangles[i].flags;
     TriangleHit hit = packet_triangle(&triangles[i], ray, kz);
-    IntL accept = any_hit ? hit.inside & group & (hit.t > p->t_min) & (hit.t < p->t_max) & !p->occluded
-                          : hit_is_closest(&hit, group, p->t_min, p->t, p->id, id, flags, positive_kz);
+    IntL accept = packet_accept(p, &hit, group, id, flags, positive_kz, any_hit);
     if (!any_lane(accept)) continue;
+    if (any_lane(accept & hit.doubtful)) {
+      packet_hold(&hit, p, &triangles[i]);
+      accept = packet_accept(p, &hit, group, id, flags, positive_kz, any_hit);
+    }
     accept = hit_counts(&hit, accept, id, flags, attributes);
     if (any_hit) {
 #ifdef HAS_BLEND

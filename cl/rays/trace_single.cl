@@ -13,7 +13,7 @@
 
 #undef LANES
 #define LANES 8
-#include "lib/alpha.cl"
+#include "lib/hit.cl"
 #include "lib/ray_stream.cl"
 #include "lib/slab.cl"
 #include "lib/triangle.cl"
@@ -67,9 +67,16 @@ static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_h
       &ray->sheared, vload8(0, block->vertex[0][kx]), vload8(0, block->vertex[0][ky]), vload8(0, block->vertex[0][kz]),
       vload8(0, block->vertex[1][kx]), vload8(0, block->vertex[1][ky]), vload8(0, block->vertex[1][kz]),
       vload8(0, block->vertex[2][kx]), vload8(0, block->vertex[2][ky]), vload8(0, block->vertex[2][kz]));
-  IntL accept =
-      hit.inside & (hit.t > FLOATL(ray->t_min)) & (any_hit ? hit.t < FLOATL(ray->t) : hit.t <= FLOATL(ray->t));
+  FloatL limit = FLOATL(ray->t);
+  IntL accept = hit.inside & (hit.t > FLOATL(ray->t_min)) & (any_hit ? hit.t < limit : hit.t <= limit);
   if (!any_lane(accept)) return false;
+  if (any_lane(accept & hit.doubtful)) {
+    FloatL vertex[3][3];
+    for (uint corner = 0; corner < 3; corner++)
+      for (uint axis = 0; axis < 3; axis++) vertex[corner][axis] = vload8(0, block->vertex[corner][axis]);
+    hit_hold(&hit, FLOATL(ray->t_min), ray->slab, vertex[0], vertex[1], vertex[2]);
+    accept = accept & hit.inside & (any_hit ? hit.t < limit : hit.t <= limit);
+  }
   accept = accept & (hit.t > hit.t_error);
   UintL flags = vload8(0, block->flags);
   if (!any_hit)

@@ -23,7 +23,7 @@ typedef struct RasterView {
   uint width, height;
   // Camera: bounds on what rounding may do between a vertex as set up here and where a sample's ray meets it. On the
   // picture: error_px (largest |a| / w)^2 pixels, or in parallel projection error_px + error_px_m x largest |a|. In
-  // depth: RASTER_ROUNDING x largest |a| + error_m.
+  // depth: 4 RASTER_ROUNDING x largest |a| + error_m.
   float error_px, error_px_m, error_m;
 } RasterView;
 SHARED_SIZE(RasterView, 132);

@@ -131,9 +131,9 @@ static Status bins_draw(RasterVisibility *raster, Device *device, const DeviceSc
         "raster camera visibility",
         ARGS(ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count),
              ARG(wave->first_sample), ARG(wave->sample_count), ARG(raster->columns), ARG(first_row), ARG(rows),
-             ARG(wave_row), ARG(wave_rows), ARG(chunks), BIN_ARGS(&raster->binned), ARG(begin), ARG(info->near_m),
-             ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids), ARG_BUFFER(raster->costs),
-             ATTRIBUTE_ARGS(scene)),
+             ARG(wave_row), ARG(wave_rows), ARG_BUFFER(triangles->blocks), ARG(chunks), BIN_ARGS(&raster->binned),
+             ARG(begin), ARG(info->near_m), ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids),
+             ARG_BUFFER(raster->costs), ATTRIBUTE_ARGS(scene)),
         log));
   }
 
@@ -167,18 +167,17 @@ static Status direct_draw(RasterVisibility *raster, Device *device, const Device
                            ARG_BUFFER(raster->keys), ARG_BUFFER(raster->medium_boxes), ARG_BUFFER(raster->large_boxes),
                            ARG_BUFFER(raster->box_counts), ATTRIBUTE_ARGS(scene)),
                       log));
-    TRY(device_launch(
-        device, &raster->medium, teams, 0, "raster triangles of medium size",
-        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera),
-             ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
-             ARG(wave->sample_count), ARG(info->near_m), ARG_BUFFER(raster->keys), ARG_BUFFER(raster->medium_boxes),
-             ARG_BUFFER(raster->box_counts), ATTRIBUTE_ARGS(scene)),
-        log));
+    TRY(device_launch(device, &raster->medium, teams, 0, "raster triangles of medium size",
+                      ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets),
+                           ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
+                           ARG(wave->sample_count), ARG(info->near_m), ARG_BUFFER(raster->keys),
+                           ARG_BUFFER(raster->medium_boxes), ARG_BUFFER(raster->box_counts), ATTRIBUTE_ARGS(scene)),
+                      log));
     TRY(device_launch(
         device, &raster->large, (size_t)columns * rows * wave->sample_count * group, 0, "raster large triangles",
-        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera),
-             ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
-             ARG(wave->sample_count), ARG(info->near_m), ARG_BUFFER(raster->keys), ARG_BUFFER(raster->large_boxes),
+        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets),
+             ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count),
+             ARG(info->near_m), ARG_BUFFER(raster->keys), ARG_BUFFER(raster->large_boxes),
              ARG_BUFFER(raster->box_counts), ARG(columns), ARG(first_row), ARG(rows), ATTRIBUTE_ARGS(scene)),
         log));
   }

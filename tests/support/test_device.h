@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,6 +10,13 @@ static inline bool test_on_gpu(void)
 {
   const char *device = getenv("FRUGAL_DEVICE");
   return device && strcmp(device, "gpu") == 0;
+}
+
+// For what is PoCL's alone: says that it is left out, on a GPU.
+static inline bool test_skips_on_gpu(const char *what)
+{
+  if (test_on_gpu()) fprintf(stderr, "SKIPPED: %s: on a GPU\n", what);
+  return test_on_gpu();
 }
 
 // For device_open.

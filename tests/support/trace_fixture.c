@@ -70,7 +70,8 @@ static Float4 weight_of(uint32_t ray) { return (Float4){(float)(ray + 1), (float
 // A slot that is not the ray's own number.
 static uint32_t slot_of(uint32_t ray) { return TRACE_CAPACITY - 1 - ray; }
 
-// Writes rays into a segment; the other and the places behind the last ray hold rays that hit whatever they can.
+// Writes rays into a segment; the other and the places behind the last ray hold rays that hit whatever they can, and
+// slots of others.
 static void rays_write(TraceFixture *fixture, const TraceRay *rays, uint32_t count, uint32_t segment)
 {
   Log log = {0};
@@ -87,7 +88,7 @@ static void rays_write(TraceFixture *fixture, const TraceRay *rays, uint32_t cou
                                        weight.y,          weight.z};
       if (s == segment && i < count) values[RAY_T_MAX] = ray->t_max;
       for (int field = 0; field < RAY_FIELD_COUNT; field++) to[(size_t)field * TRACE_CAPACITY + i] = values[field];
-      slots[s * TRACE_CAPACITY + i] = slot_of(i);
+      slots[s * TRACE_CAPACITY + i] = s == segment ? slot_of(i) : i;
     }
   }
   DeviceBuffer ray_buffer = fixture->stream.rays, slot_buffer = fixture->stream.slots;
