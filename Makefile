@@ -3,7 +3,10 @@
 # make test       install what is missing, build, run the tests (under 5 minutes); TEST=part of a name runs fewer
 # make lint       format, includes as the rooms allow, warnings as errors
 # make format     put the C, C++ and OpenCL C files into the project's format
-# make sanitize   the tests under address, leak and undefined-behaviour checks, in build/sanitize
+# make sanitize   the tests under address, leak and undefined-behaviour checks; TEST= as above
+# make oclgrind   the kernels under a simulator that watches each access; QUICK=1: under a minute
+# make fuzz       damaged files into the code that reads them, for FUZZ_SECONDS (60)
+# make test-full  what takes longer: tests with larger counts, all of oclgrind, fuzz, comparison with other programs
 # make bench      ray speed beside Embree in the same run
 # make install    to PREFIX (/usr/local), under DESTDIR: program, manual page, completion for bash; make uninstall
 #
@@ -24,13 +27,16 @@ HELPER_CXX := $(wildcard host/image/helper/*.cpp)
 KERNELS := $(sort $(wildcard cl/*/*.cl cl/*/*.h))
 TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c))
 BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/*.c))
+OCLGRIND_TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/oclgrind/*.c))
+FUZZERS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/fuzz/fuzz_*.c))
 TEST_SUPPORT_C := $(wildcard tests/support/*.c)
 
 objects = $(patsubst %,$(BUILD)/%.o,$(1))
 LIBRARY_O := $(call objects,$(LIBRARY_C) $(LIBRARY_CXX)) $(BUILD)/kernels.o
 HELPER_O := $(call objects,$(HELPER_C) $(HELPER_CXX)) $(call objects,host/base/log.c host/base/status.c)
 TEST_SUPPORT_O := $(call objects,$(TEST_SUPPORT_C))
-ALL_O := $(LIBRARY_O) $(HELPER_O) $(TEST_SUPPORT_O) $(BUILD)/host/app/main.c.o $(TESTS:=.c.o) $(BENCHES:=.c.o)
+ALL_O := $(LIBRARY_O) $(HELPER_O) $(TEST_SUPPORT_O) $(BUILD)/host/app/main.c.o $(TESTS:=.c.o) $(BENCHES:=.c.o) \
+  $(OCLGRIND_TESTS:=.c.o) $(FUZZERS:=.c.o) $(BUILD)/tests/fuzz/shrink_scene.c.o
 
 LIBS := -lOpenCL -ltinygltf -ljansson -lstdc++ -lm
 HELPER_LIBS := -lOpenImageIO -lOpenImageIO_Util -lstdc++ -lm
@@ -47,9 +53,11 @@ SUBMAKE = +@$(MAKE) --no-print-directory -s $(if $(findstring jobserver,$(MAKEFL
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all tests demo test lint format sanitize bench install uninstall clean needs help
+.PHONY: all tests fuzzers demo test test-full lint format sanitize oclgrind fuzz bench install uninstall clean
+.PHONY: needs help
 all: $(BUILD)/frugal $(BUILD)/frugal-image
-tests: $(TESTS)
+tests: $(TESTS) $(OCLGRIND_TESTS)
+fuzzers: $(FUZZERS)
 
 # Says what is missing in one line, rather than by the compiler's hundreds.
 needs:
@@ -88,6 +96,10 @@ $(BUILD)/tests/%: $(BUILD)/tests/%.c.o $(TEST_SUPPORT_O) $(BUILD)/libfrugal.a
 $(BUILD)/tests/bench/%: $(BUILD)/tests/bench/%.c.o $(BUILD)/libfrugal.a
 	$(CC) $(LDFLAGS) -pthread $^ $(LIBS) $(EMBREE_LIB) -o $@
 
+# -fsanitize=fuzzer brings the main function; the image helper's part of image reading is the fuzzer's own.
+$(BUILD)/tests/fuzz/fuzz_%: $(BUILD)/tests/fuzz/fuzz_%.c.o $(BUILD)/host/image/helper/signature.c.o $(BUILD)/libfrugal.a
+	$(CXX) $(LDFLAGS) -fsanitize=fuzzer -pthread -Wl,--wrap=image_read $^ $(LIBS) -o $@
+
 demo:
 	@scripts/setup
 	$(SUBMAKE) all
@@ -98,18 +110,41 @@ test:
 	$(SUBMAKE) all tests
 	@scripts/run_tests $(BUILD) $(TEST)
 
+test-full: export FRUGAL_TEST_FULL = 1
+test-full: export TEST_SECONDS = 1200
+test-full:
+	@scripts/setup
+	$(SUBMAKE) all tests
+	@scripts/run_tests $(BUILD) $(TEST)
+	+@$(MAKE) --no-print-directory oclgrind
+	+@$(MAKE) --no-print-directory fuzz
+	@tests/compare_flip_reference $(BUILD)
+
 lint:
 	@BUILD=$(BUILD)/lint scripts/lint
 
 format:
 	@scripts/lint --fix
 
-SANITIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined
-sanitize: export UBSAN_OPTIONS = print_stacktrace=1
-sanitize: export LSAN_OPTIONS = suppressions=$(CURDIR)/tests/support/leaks.supp:print_suppressions=0
+SANITIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all
 sanitize:
-	+@$(MAKE) --no-print-directory test BUILD=$(BUILD)/sanitize \
-	  CFLAGS='$(SANITIZE)' CXXFLAGS='$(SANITIZE)' LDFLAGS='$(SANITIZE)'
+	@scripts/setup
+	$(SUBMAKE) all tests BUILD=$(BUILD)/sanitize CFLAGS='$(SANITIZE)' CXXFLAGS='$(SANITIZE)' LDFLAGS='$(SANITIZE)'
+	@scripts/sanitize $(BUILD)/sanitize $(TEST)
+
+oclgrind:
+	@scripts/setup oclgrind
+	$(SUBMAKE) all tests
+	@scripts/oclgrind $(BUILD) $(if $(QUICK),--quick)
+
+FUZZ := -O1 -g -fno-omit-frame-pointer -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow \
+  -fno-sanitize-recover=all
+fuzz:
+	@scripts/setup fuzz
+	$(SUBMAKE) all tests $(BUILD)/tests/fuzz/shrink_scene
+	$(SUBMAKE) fuzzers BUILD=$(BUILD)/fuzz $$(scripts/find_clang) \
+	  CFLAGS='$(FUZZ)' CXXFLAGS='$(FUZZ)' LDFLAGS='$(FUZZ)'
+	@scripts/fuzz $(BUILD)
 
 bench:
 	@scripts/setup bench

@@ -67,7 +67,7 @@ static void each_format_records_how_it_was_made(void **state)
     assert_holds(path, "Frugal 0.");
     assert_holds(path,
                  "frugal render scene.glb --size 64x48 --samples 1 --camera front --background environment "
-                 "--exposure 0 --tone-map none --lighting pbr --primary rays --shadows rays --reflections rays "
+                 "--exposure 0 --tone-map none --lighting pbr --primary auto --shadows rays --reflections rays "
                  "--max-depth 8 --max-roughness 0 --seed 3; on ");
   }
 }

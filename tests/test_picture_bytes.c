@@ -13,15 +13,6 @@
 
 enum { ALL_AOVS = 2 * AOV_NAME_REFLECTION - 1 };
 
-static void assert_same_layers(const Picture *a, const Picture *b)
-{
-  size_t pixels = (size_t)a->width * a->height;
-  assert_memory_equal(a->radiance, b->radiance, pixels * sizeof *a->radiance);
-  for (int i = 0; picture_layer_names[i]; i++)
-    if (memcmp(a->layers[i].values, b->layers[i].values, pixels * sizeof(float)) != 0)
-      fail_msg("%s differs", picture_layer_names[i]);
-}
-
 // Waves of one tile, of a few tiles with some of the samples, and of the whole picture.
 static void waves_check(uint32_t lanes, LightingModel model)
 {
@@ -38,7 +29,7 @@ static void waves_check(uint32_t lanes, LightingModel model)
   for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
     request.wave_rays = sizes[i];
     Picture picture = picture_render(&scene, &camera, &request);
-    assert_same_layers(&whole, &picture);
+    picture_assert_same(&whole, &picture);
     picture_free(&picture);
   }
   picture_free(&whole);

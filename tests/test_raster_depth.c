@@ -65,7 +65,7 @@ static float *maps_draw(RasterFixture *fixture, const RasterView *views, uint32_
   all.way = variant == RASTER_DIRECT_1 ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
   raster_assert_ok(
       raster_depth_make(&raster, device, &fixture->scene, &fixture->triangles, size, view_count, &all, &raster_log));
-  raster_assert_ok(raster_depth(&raster, device, &fixture->scene, views, view_count, &raster_log));
+  raster_assert_ok(raster_depth(&raster, device, &fixture->scene, &fixture->triangles, views, view_count, &raster_log));
   float *blocks = oracle_array(texels * view_count, sizeof *blocks),
         *rows = oracle_array(texels * view_count, sizeof *rows);
   raster_assert_ok(buffer_read(device, &raster.maps, blocks, texels * view_count * sizeof *blocks, &raster_log));

@@ -10,9 +10,11 @@
 #include <cmocka.h>
 
 #include "base/parallel.h"
+#include "support/effort.h"
 #include "support/trace_rays.h"
 
-enum { RAYS = 100001 };  // for each soup; no multiple of any width
+// For each soup; no multiple of any width.
+static uint32_t ray_count;
 
 typedef struct Check {
   TraceFixture fixture;
@@ -24,17 +26,17 @@ typedef struct Check {
 
 static void check_begin(Check *check, const Soup *soup)
 {
-  OracleRay *oracle_rays = oracle_array(RAYS, sizeof *oracle_rays);
-  check->rays = oracle_array(RAYS, sizeof *check->rays);
-  check->truth = oracle_array(RAYS, sizeof *check->truth);
-  check->verdicts = oracle_array(RAYS, sizeof *check->verdicts);
-  trace_rays_make(check->rays, RAYS, soup, soup->triangle_count);
+  OracleRay *oracle_rays = oracle_array(ray_count, sizeof *oracle_rays);
+  check->rays = oracle_array(ray_count, sizeof *check->rays);
+  check->truth = oracle_array(ray_count, sizeof *check->truth);
+  check->verdicts = oracle_array(ray_count, sizeof *check->verdicts);
+  trace_rays_make(check->rays, ray_count, soup, soup->triangle_count);
   trace_fixture_make(&check->fixture, soup);
-  for (uint32_t i = 0; i < RAYS; i++) oracle_rays[i] = trace_oracle_ray(&check->rays[i], true);
-  oracle_closest_all(check->truth, &check->fixture.oracle, oracle_rays, RAYS);
+  for (uint32_t i = 0; i < ray_count; i++) oracle_rays[i] = trace_oracle_ray(&check->rays[i], true);
+  oracle_closest_all(check->truth, &check->fixture.oracle, oracle_rays, ray_count);
   for (int kernel = 0; kernel < TRACE_KERNELS; kernel++) {
-    check->hits[kernel] = oracle_array(RAYS, sizeof *check->hits[kernel]);
-    trace_fixture_closest(check->hits[kernel], &check->fixture, (TraceKernel)kernel, check->rays, RAYS, 0);
+    check->hits[kernel] = oracle_array(ray_count, sizeof *check->hits[kernel]);
+    trace_fixture_closest(check->hits[kernel], &check->fixture, (TraceKernel)kernel, check->rays, ray_count, 0);
   }
   free(oracle_rays);
 }
@@ -73,8 +75,8 @@ static void assert_soup(Soup *soup)
   Check check;
   uint32_t verdicts[3] = {0}, differ = 0, hits = 0;
   check_begin(&check, soup);
-  parallel_for(RAYS, ray_judge, &check);
-  for (uint32_t i = 0; i < RAYS; i++) {
+  parallel_for(ray_count, ray_judge, &check);
+  for (uint32_t i = 0; i < ray_count; i++) {
     if (++verdicts[check.verdicts[i]] <= 3 && check.verdicts[i] == ORACLE_WRONG) hit_print(&check, "wrong", 0, i);
     hits += check.hits[0][i].triangle != ORACLE_MISS;
     for (int kernel = 1; kernel < TRACE_KERNELS; kernel++) {
@@ -91,8 +93,8 @@ static void assert_soup(Soup *soup)
   assert_int_equal(verdicts[ORACLE_WRONG], 0);
   assert_int_equal(differ, 0);
   // Half of the rays are aimed at edges, corners and planes. A judge that excused everything would show here.
-  assert_in_range(verdicts[ORACLE_SAME], RAYS / 2, RAYS);
-  assert_in_range(hits, RAYS / 8, RAYS);
+  assert_in_range(verdicts[ORACLE_SAME], ray_count / 2, ray_count);
+  assert_in_range(hits, ray_count / 8, ray_count);
 }
 
 static void large_triangles_are_hit_where_double_precision_says(void **state)
@@ -192,5 +194,6 @@ int main(void)
       cmocka_unit_test(box_on_a_lattice_is_hit_where_double_precision_says),
       cmocka_unit_test(few_triangles_are_hit_where_double_precision_says),
   };
+  ray_count = effort_is_quick() ? 20001 : 100001;
   return cmocka_run_group_tests_name("trace", tests, NULL, NULL);
 }

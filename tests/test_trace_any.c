@@ -9,26 +9,27 @@
 #include <cmocka.h>
 
 #include "shared/bvh.h"
+#include "support/effort.h"
 #include "support/trace_rays.h"
 
-enum { RAYS = 40001 };  // for each soup
+static uint32_t ray_count;  // for each soup
 
 // Every ray is lit where the oracle says so, or where rounding excuses the other answer, and by all kernels alike.
 // Frees the soup.
 static void assert_lit_as_oracle(Soup *soup)
 {
   TraceFixture fixture;
-  TraceRay *rays = oracle_array(RAYS, sizeof *rays);
-  OracleRay *oracle_rays = oracle_array(RAYS, sizeof *oracle_rays);
-  double *truth = oracle_array(RAYS, sizeof *truth), *margins = oracle_array(RAYS, sizeof *margins);
-  bool *lit = oracle_array(RAYS, sizeof *lit), *other = oracle_array(RAYS, sizeof *other);
+  TraceRay *rays = oracle_array(ray_count, sizeof *rays);
+  OracleRay *oracle_rays = oracle_array(ray_count, sizeof *oracle_rays);
+  double *truth = oracle_array(ray_count, sizeof *truth), *margins = oracle_array(ray_count, sizeof *margins);
+  bool *lit = oracle_array(ray_count, sizeof *lit), *other = oracle_array(ray_count, sizeof *other);
   uint32_t wrong = 0, sure = 0, lit_count = 0, differ = 0;
-  trace_rays_make(rays, RAYS, soup, 100 + soup->triangle_count);
+  trace_rays_make(rays, ray_count, soup, 100 + soup->triangle_count);
   trace_fixture_make(&fixture, soup);
-  for (uint32_t i = 0; i < RAYS; i++) oracle_rays[i] = trace_oracle_ray(&rays[i], false);
-  oracle_lit_all(truth, margins, &fixture.oracle, oracle_rays, RAYS);
-  trace_fixture_lit(lit, &fixture, TRACE_PACKET_16, rays, RAYS);
-  for (uint32_t i = 0; i < RAYS; i++) {
+  for (uint32_t i = 0; i < ray_count; i++) oracle_rays[i] = trace_oracle_ray(&rays[i], false);
+  oracle_lit_all(truth, margins, &fixture.oracle, oracle_rays, ray_count);
+  trace_fixture_lit(lit, &fixture, TRACE_PACKET_16, rays, ray_count);
+  for (uint32_t i = 0; i < ray_count; i++) {
     bool active = rays[i].t_max > 0, expected = active && truth[i] > 0;
     lit_count += lit[i];
     bool unsure = active && margins[i] <= TRACE_ROUNDING;
@@ -38,14 +39,14 @@ static void assert_lit_as_oracle(Soup *soup)
     wrong++;
   }
   for (int kernel = 1; kernel < TRACE_KERNELS; kernel++) {
-    trace_fixture_lit(other, &fixture, (TraceKernel)kernel, rays, RAYS);
-    for (uint32_t i = 0; i < RAYS; i++) {
+    trace_fixture_lit(other, &fixture, (TraceKernel)kernel, rays, ray_count);
+    for (uint32_t i = 0; i < ray_count; i++) {
       if (other[i] == lit[i]) continue;
       trace_ray_print(trace_kernel_names[kernel], &rays[i], i);
       differ++;
     }
   }
-  printf("%u triangles: %u of %u lit, %u sure, %u wrong, %u differ\n", soup->triangle_count, lit_count, RAYS, sure,
+  printf("%u triangles: %u of %u lit, %u sure, %u wrong, %u differ\n", soup->triangle_count, lit_count, ray_count, sure,
          wrong, differ);
   trace_fixture_free(&fixture);
   free(rays);
@@ -57,8 +58,8 @@ static void assert_lit_as_oracle(Soup *soup)
   soup_free(soup);
   assert_int_equal(wrong, 0);
   assert_int_equal(differ, 0);
-  assert_in_range(lit_count, RAYS / 20, RAYS - RAYS / 20);
-  assert_in_range(sure, RAYS / 5, RAYS);
+  assert_in_range(lit_count, ray_count / 20, ray_count - ray_count / 20);
+  assert_in_range(sure, ray_count / 5, ray_count);
 }
 
 static void blocked_where_double_precision_says(void **state)
@@ -216,5 +217,6 @@ int main(void)
       cmocka_unit_test(mask_cuts_closest_hits_and_lets_light_through),
       cmocka_unit_test(closest_hit_goes_on_behind_a_cut),
   };
+  ray_count = effort_is_quick() ? 10001 : 40001;
   return cmocka_run_group_tests_name("trace_any", tests, NULL, NULL);
 }

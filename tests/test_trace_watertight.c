@@ -8,14 +8,11 @@
 
 #include <cmocka.h>
 
+#include "support/effort.h"
 #include "support/trace_fixture.h"
 
 // Rays for each of the meshes.
-static uint32_t ray_count(void)
-{
-  const char *full = getenv("FRUGAL_TEST_FULL");
-  return (full && full[0] == '1' ? 10 : 1) * 200000 + 7;
-}
+static uint32_t ray_count(void) { return (effort_is_full() ? 10 : 1) * 200000 + 7; }
 
 static double share(Random *random) { return (random_next(random) + 0.5) / 4294967296.0; }
 

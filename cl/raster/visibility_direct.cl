@@ -25,6 +25,7 @@
 #include "lib/camera_ray.cl"
 #include "lib/hit.cl"
 #include "lib/visible.cl"
+#include "raster/triangle_pack.cl"
 
 typedef struct Wave {
   uint first_tile, tile_count, first_sample, sample_count;

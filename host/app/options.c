@@ -101,12 +101,6 @@ static Status read_max_roughness(void *field, const Option *option, const char *
   return status;
 }
 
-static Status read_primary(void *field, const Option *option, const char *text, Log *log)
-{
-  int index = 0;
-  return option_read_word(&index, option, text, log);
-}
-
 #define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
 #define FIELD(name) .field = offsetof(RenderOptions, name)
 
@@ -158,7 +152,8 @@ static const Option render_options[] = {
      .help = "pbr (glTF) or phong (the 2007 system's) (pbr)"},
     {"ambient", 0, "A", option_read_float, FIELD(settings.ambient), .high = 1e6,
      .help = "ambient term of phong (0.05)"},
-    {"primary", 0, "METHOD", read_primary, .words = WORDS("rays"), .help = "rays"},
+    {"primary", 0, "METHOD", option_read_word, FIELD(settings.primary), .words = WORDS("auto", "raster", "rays"),
+     .help = "raster, rays, or auto: the quicker; all show the same (auto)"},
     {"shadows", 0, "METHOD", option_read_word, FIELD(settings.shadows), .words = WORDS("none", "rays"),
      .help = "none or rays (rays)"},
     {"reflections", 0, "METHOD", option_read_word, FIELD(settings.reflections), .words = WORDS("none", "rays"),

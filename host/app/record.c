@@ -67,8 +67,8 @@ Status record_make(char **out, const RenderOptions *options, const Camera *camer
     fprintf(stream, " --lighting phong --ambient %g", (double)settings->ambient);
   else
     fputs(" --lighting pbr", stream);
-  fprintf(stream, " --primary rays --shadows %s --reflections %s --max-depth %u --max-roughness 0 --seed %u",
-          settings->shadows == SHADOWS_RAYS ? "rays" : "none",
+  fprintf(stream, " --primary %s --shadows %s --reflections %s --max-depth %u --max-roughness 0 --seed %u",
+          primary_name(settings->primary), settings->shadows == SHADOWS_RAYS ? "rays" : "none",
           settings->reflections == REFLECTIONS_RAYS ? "rays" : "none", settings->max_depth, options->seed);
   fprintf(stream, "; on %s, %s, driver %s", device->name, device->platform, device->driver);
   if (fclose(stream) != 0) {
@@ -100,10 +100,11 @@ json_t *record_stats(const RecordSources *sources)
       json_pack("{s:I, s:I, s:I, s:I}", "triangles", (json_int_t)scene->triangle_count, "objects",
                 (json_int_t)scene->object_count, "materials", (json_int_t)scene->material_count, "lights",
                 (json_int_t)scene->light_count),
-      json_pack("{s:s, s:s, s:s, s:s, s:i, s:b}", "lighting", plan->lighting == LIGHTING_PHONG ? "phong" : "pbr",
-                "primary", "rays", "shadows", plan->shadow_rays ? "rays" : "none", "reflections",
-                plan->reflected_rays ? "rays" : "none", "max_depth", (int)plan->max_depth, "environment_light",
-                (int)plan->environment_light),
+      json_pack("{s:s, s:s, s:{s:f, s:f}, s:s, s:s, s:i, s:b}", "lighting",
+                plan->lighting == LIGHTING_PHONG ? "phong" : "pbr", "primary", primary_name(plan->primary),
+                "primary_ms", "raster", plan->primary_cost.raster_ms, "rays", plan->primary_cost.rays_ms, "shadows",
+                plan->shadow_rays ? "rays" : "none", "reflections", plan->reflected_rays ? "rays" : "none", "max_depth",
+                (int)plan->max_depth, "environment_light", (int)plan->environment_light),
       profile_json(sources->timeline),
       json_real(sources->total_ms),
   };
@@ -111,6 +112,10 @@ json_t *record_stats(const RecordSources *sources)
   bool failed = !stats;
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
     failed |= json_object_set_new(stats, keys[i], parts[i]) != 0;
+  if (sources->raster)
+    failed |= json_object_set_new(stats, "raster",
+                                  json_pack("{s:I, s:I}", "block_tests", (json_int_t)sources->raster->block_tests,
+                                            "samples_covered", (json_int_t)sources->raster->samples_covered)) != 0;
   if (!failed) return stats;
   json_decref(stats);
   return NULL;

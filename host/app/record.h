@@ -5,6 +5,7 @@
 
 #include "app/options.h"
 #include "device_scene/device_scene.h"
+#include "passes/raster_visibility.h"
 
 // One line that reads as the options that make the picture again, whatever was left to defaults spelt out: scene and
 // environment file without their folders, the exposure that was used, what the device is. *out is freed by the caller.
@@ -20,6 +21,7 @@ typedef struct RecordSources {
   Device *device;
   const Plan *plan;
   const Timeline *timeline;
+  const RasterCost *raster;  // NULL where rays found what the camera sees
   double total_ms;
 } RecordSources;
 

@@ -174,14 +174,18 @@ static Status frame_prepare(Job *job)
 {
   Status status = STATUS_OK;
   const RenderOptions *options = &job->options;
-  SceneFacts facts = {.light_count = job->device_scene.light_count,
+  PictureArea area = render_area(options);
+  SceneFacts facts = {.triangle_count = job->device_scene.triangle_count,
+                      .pixel_count = (uint64_t)area.width * area.height,
+                      .gpu = device_info(job->device)->is_gpu,
+                      .light_count = job->device_scene.light_count,
                       .has_mirrors = job->device_scene.has_mirrors,
                       .has_blends = job->device_scene.has_blends,
                       .environment_lights = job->device_scene.environment_lights};
   job->plan = plan_make(&options->settings, &facts);
   FrameRequest request = {
       .camera = &job->camera,
-      .area = render_area(options),
+      .area = area,
       .samples = options->settings.samples,
       .plan = job->plan,
       .aovs = aov_set_of(options->picture.aovs),
@@ -260,8 +264,11 @@ static Status reports_write(const Job *job)
   json_t *stats = NULL;
   if (options->profile) profile_print(stderr, &job->timeline, total_ms);
   if (options->stats_path) {
+    bool raster = job->plan.primary == PRIMARY_RASTER;
+    RasterCost cost;
+    if (raster) TRY(raster_visibility_cost(&cost, &job->frame.raster, job->device, job->log));
     stats = record_stats(&(RecordSources){options, job->record, job->exposure_ev, &job->device_scene, job->device,
-                                          &job->plan, &job->timeline, total_ms});
+                                          &job->plan, &job->timeline, raster ? &cost : NULL, total_ms});
     TRY(json_write(options->stats_path, stats, job->log));
   }
   if (options->trace_path) TRY(profile_write_trace(options->trace_path, &job->timeline, job->log));

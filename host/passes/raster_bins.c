@@ -34,3 +34,26 @@ void raster_bins_free(RasterBins *bins)
   buffer_free(&bins->starts);
   buffer_free(&bins->lists);
 }
+
+Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, Log *log)
+{
+  Status status = STATUS_OK;
+  RasterBoxes made = {0};
+  size_t bytes = chunks * RASTER_CHUNK * sizeof(RasterBox);
+  TRY(buffer_create(&made.medium, device, bytes, NULL, "raster triangles", log));
+  TRY(buffer_create(&made.large, device, bytes, NULL, "raster triangles", log));
+  TRY(buffer_create(&made.counts, device, RASTER_COUNTS * sizeof(uint32_t), NULL, "raster triangles", log));
+  *out = made;
+  made = (RasterBoxes){0};
+
+done:
+  raster_boxes_free(&made);
+  return status;
+}
+
+void raster_boxes_free(RasterBoxes *boxes)
+{
+  buffer_free(&boxes->medium);
+  buffer_free(&boxes->large);
+  buffer_free(&boxes->counts);
+}

@@ -1,8 +1,9 @@
-// What both bin rasters keep of one pass: records of triangles by chunk, and their numbers by bin (cl/lib/bins.cl).
+// What both rasters keep of one pass, on the device.
 #pragma once
 
 #include "device/device.h"
 
+// The bins' way: records of triangles by chunk, and their numbers by bin (cl/lib/bins.cl).
 typedef struct RasterBins {
   DeviceBuffer records;  // [chunks][RASTER_CHUNK + 1][record_words]
   DeviceBuffer spans;    // RasterSpan [chunks]
@@ -19,3 +20,12 @@ void raster_bins_free(RasterBins *bins);
 // In the order in which the kernels declare them.
 #define BIN_ARGS(bins) \
   ARG_BUFFER((bins)->records), ARG_BUFFER((bins)->spans), ARG_BUFFER((bins)->starts), ARG_BUFFER((bins)->lists)
+
+// The direct way: triangles that are not small.
+typedef struct RasterBoxes {
+  DeviceBuffer medium, large;  // RasterBox, room for every triangle of the pass
+  DeviceBuffer counts;         // [RASTER_COUNTS]
+} RasterBoxes;
+
+Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, Log *log);
+void raster_boxes_free(RasterBoxes *boxes);

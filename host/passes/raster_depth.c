@@ -1,7 +1,5 @@
 #include "passes/raster_depth.h"
 
-#include <stdio.h>
-
 #include "passes/scene_args.h"
 #include "shared/raster.h"
 
@@ -11,14 +9,13 @@ static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 
-static Status bins_make(RasterDepth *raster, Device *device, const char *options, Log *log)
+static Status bins_make(RasterDepth *raster, Device *device, const DeviceScene *scene, Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
   uint32_t columns = divide_up(raster->size_px, RASTER_BIN_PX);
-  TRY(program_build(&program, device, "raster/depth_setup.cl", "", log));
+  TRY(raster_program(&program, device, scene, "raster/depth.cl", log));
   TRY(program_kernel(&raster->setup, program, "depth_setup", log));
-  TRY(program_build(&program, device, "raster/depth_bins.cl", options, log));
   TRY(program_kernel(&raster->bins, program, "depth_bins", log));
   TRY(raster_bins_make(&raster->binned, device, raster->pass_chunks, DEPTH_WORDS, log));
   TRY(raster_bins_divide(&raster->binned, device, raster->pass_chunks, (size_t)columns * columns, log));
@@ -27,20 +24,15 @@ done:
   return status;
 }
 
-static Status direct_make(RasterDepth *raster, Device *device, const char *options, Log *log)
+static Status direct_make(RasterDepth *raster, Device *device, const DeviceScene *scene, Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
-  char all_options[192];
-  snprintf(all_options, sizeof all_options, "%s-D GROUP_SIZE=%u", options, device_traits(device)->group_size);
-  size_t list_bytes = (size_t)raster->pass_chunks * RASTER_CHUNK * sizeof(RasterBox);
-  TRY(program_build(&program, device, "raster/depth_direct.cl", all_options, log));
+  TRY(raster_program(&program, device, scene, "raster/depth_direct.cl", log));
   TRY(program_kernel(&raster->small, program, "depth_small", log));
   TRY(program_kernel(&raster->medium, program, "depth_medium", log));
   TRY(program_kernel(&raster->large, program, "depth_large", log));
-  TRY(buffer_create(&raster->medium_boxes, device, list_bytes, NULL, "raster triangles", log));
-  TRY(buffer_create(&raster->large_boxes, device, list_bytes, NULL, "raster triangles", log));
-  TRY(buffer_create(&raster->box_counts, device, RASTER_COUNTS * sizeof(uint32_t), NULL, "raster triangles", log));
+  TRY(raster_boxes_make(&raster->boxes, device, raster->pass_chunks, log));
 
 done:
   return status;
@@ -50,20 +42,16 @@ Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *sc
                          uint32_t size_px, uint32_t view_capacity, const RasterOptions *options, Log *log)
 {
   Status status = STATUS_OK;
-  RasterDepth raster = {.triangles = triangles, .size_px = size_px, .view_capacity = view_capacity};
+  RasterDepth raster = {.size_px = size_px, .view_capacity = view_capacity};
   if (size_px == 0 || size_px % 4 || size_px > 8192 || view_capacity == 0)
     return log_fail(log, STATUS_USAGE, "depth map: %u texels a side: use a multiple of 4 up to 8192", size_px);
   uint32_t usual = options->pass_chunks ? options->pass_chunks : RASTER_PASS_CHUNKS;
   raster.way = raster_way(options, device, false);
   raster.pass_chunks = smaller(usual < view_capacity ? view_capacity : usual, triangles->chunk_count * view_capacity);
-  RasterProgramOptions program_options = raster_scene_options(scene);
   TRY(buffer_create(&raster.views, device, view_capacity * sizeof(RasterView), NULL, "depth views", log));
   TRY(buffer_create(&raster.maps, device, (size_t)size_px * size_px * view_capacity * sizeof(float), NULL, "depth maps",
                     log));
-  if (raster.way == RASTER_WAY_BINS)
-    TRY(bins_make(&raster, device, program_options.text, log));
-  else
-    TRY(direct_make(&raster, device, program_options.text, log));
+  TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, scene, log));
   *out = raster;
   raster = (RasterDepth){0};
 
@@ -77,16 +65,16 @@ void raster_depth_free(RasterDepth *raster)
   Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->small, &raster->medium, &raster->large};
   for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
   raster_bins_free(&raster->binned);
-  DeviceBuffer *buffers[] = {&raster->views, &raster->medium_boxes, &raster->large_boxes, &raster->box_counts,
-                             &raster->maps};
-  for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
+  raster_boxes_free(&raster->boxes);
+  buffer_free(&raster->views);
+  buffer_free(&raster->maps);
   *raster = (RasterDepth){0};
 }
 
-static Status bins_draw(RasterDepth *raster, Device *device, const DeviceScene *scene, uint32_t view_count, Log *log)
+static Status bins_draw(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                        uint32_t view_count, Log *log)
 {
   Status status = STATUS_OK;
-  const RasterScene *triangles = raster->triangles;
   uint32_t columns = divide_up(raster->size_px, RASTER_BIN_PX), pass_chunks = raster->pass_chunks / view_count,
            begin = 1;
   for (uint32_t first = 0; first < triangles->chunk_count || begin; first += pass_chunks, begin = 0) {
@@ -108,10 +96,10 @@ done:
   return status;
 }
 
-static Status direct_draw(RasterDepth *raster, Device *device, const DeviceScene *scene, uint32_t view_count, Log *log)
+static Status direct_draw(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                          uint32_t view_count, Log *log)
 {
   Status status = STATUS_OK;
-  const RasterScene *triangles = raster->triangles;
   uint32_t columns = divide_up(raster->size_px, RASTER_TILE_PX), group = device_traits(device)->group_size;
   uint32_t pass_chunks = raster->pass_chunks / view_count;
   size_t teams = (size_t)device_info(device)->compute_units * 16 * group;
@@ -120,20 +108,20 @@ static Status direct_draw(RasterDepth *raster, Device *device, const DeviceScene
     uint32_t first_triangle = first * RASTER_CHUNK;
     uint32_t count = smaller(pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
     uint64_t items = (uint64_t)count * view_count;
-    TRY(buffer_zero(device, &raster->box_counts, log));
+    TRY(buffer_zero(device, &raster->boxes.counts, log));
     TRY(device_launch(device, &raster->small, items, items, "set up triangles of depth maps, raster small ones",
                       ARGS(ARG_BUFFER(triangles->blocks), ARG(first_triangle), ARG(count), ARG_BUFFER(raster->views),
-                           ARG(view_count), ARG_BUFFER(raster->maps), ARG_BUFFER(raster->medium_boxes),
-                           ARG_BUFFER(raster->large_boxes), ARG_BUFFER(raster->box_counts), ATTRIBUTE_ARGS(scene)),
+                           ARG(view_count), ARG_BUFFER(raster->maps), ARG_BUFFER(raster->boxes.medium),
+                           ARG_BUFFER(raster->boxes.large), ARG_BUFFER(raster->boxes.counts), ATTRIBUTE_ARGS(scene)),
                       log));
     TRY(device_launch(device, &raster->medium, teams, 0, "raster depth maps, medium triangles",
                       ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG_BUFFER(raster->maps),
-                           ARG_BUFFER(raster->medium_boxes), ARG_BUFFER(raster->box_counts), ATTRIBUTE_ARGS(scene)),
+                           ARG_BUFFER(raster->boxes.medium), ARG_BUFFER(raster->boxes.counts), ATTRIBUTE_ARGS(scene)),
                       log));
     TRY(device_launch(
         device, &raster->large, (size_t)columns * columns * view_count * group, 0, "raster depth maps, large triangles",
         ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG(view_count), ARG_BUFFER(raster->maps),
-             ARG_BUFFER(raster->large_boxes), ARG_BUFFER(raster->box_counts), ARG(columns), ATTRIBUTE_ARGS(scene)),
+             ARG_BUFFER(raster->boxes.large), ARG_BUFFER(raster->boxes.counts), ARG(columns), ATTRIBUTE_ARGS(scene)),
         log));
   }
 
@@ -141,12 +129,12 @@ done:
   return status;
 }
 
-Status raster_depth(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterView *views,
-                    uint32_t view_count, Log *log)
+Status raster_depth(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                    const RasterView *views, uint32_t view_count, Log *log)
 {
   Status status = STATUS_OK;
   TRY(buffer_write(device, &raster->views, views, view_count * sizeof *views, log));
-  TRY((raster->way == RASTER_WAY_BINS ? bins_draw : direct_draw)(raster, device, scene, view_count, log));
+  TRY((raster->way == RASTER_WAY_BINS ? bins_draw : direct_draw)(raster, device, scene, triangles, view_count, log));
 
 done:
   return status;

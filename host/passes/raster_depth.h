@@ -7,24 +7,23 @@
 #include "passes/raster_view.h"
 
 typedef struct RasterDepth {
-  const RasterScene *triangles;
   RasterWay way;
-  Kernel setup, bins;                                  // RASTER_WAY_BINS
-  Kernel small, medium, large;                         // RASTER_WAY_DIRECT
-  DeviceBuffer views;                                  // RasterView [view_capacity]
-  RasterBins binned;                                   // of one pass
-  DeviceBuffer medium_boxes, large_boxes, box_counts;  // RasterBox of one pass
-  DeviceBuffer maps;                                   // float [view_capacity][size * size] (shared/depth_map.h)
+  Kernel setup, bins;           // RASTER_WAY_BINS
+  Kernel small, medium, large;  // RASTER_WAY_DIRECT
+  DeviceBuffer views;           // RasterView [view_capacity]
+  RasterBins binned;            // of one pass
+  RasterBoxes boxes;            // of one pass
+  DeviceBuffer maps;            // float [view_capacity][size * size] (shared/depth_map.h)
   uint32_t size_px, view_capacity;
   uint32_t pass_chunks;  // chunks times views that the buffers hold
 } RasterDepth;
 
-// For maps of size_px (a multiple of 4, at most 8192) texels a side, `view_capacity` at a time. `triangles` must
-// outlive the result. Errors: STATUS_USAGE for other sizes, those of program_build and buffer_create.
+// For maps of size_px (a multiple of 4, at most 8192) texels a side, `view_capacity` at a time, and a scene
+// and its triangles, or others alike. Errors: STATUS_USAGE for other sizes, those of program_build and buffer_create.
 Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                          uint32_t size_px, uint32_t view_capacity, const RasterOptions *options, Log *log);
 void raster_depth_free(RasterDepth *raster);
 
 // Draws the scene into maps [0, view_count). Returns when the launches are queued.
-Status raster_depth(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterView *views,
-                    uint32_t view_count, Log *log);
+Status raster_depth(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                    const RasterView *views, uint32_t view_count, Log *log);

@@ -1,16 +1,40 @@
 #include "passes/raster_scene.h"
 
+#include <stdio.h>
+
 #include "shared/bvh.h"
 #include "shared/raster.h"
 
-Status raster_scene_make(RasterScene *out, Device *device, const DeviceScene *scene, Log *log)
+RasterWay raster_way(const RasterOptions *options, const Device *device, bool needs_int64_atomics)
+{
+  const DeviceInfo *info = device_info(device);
+  if (options->way != RASTER_WAY_BEST) return options->way;
+  bool direct = info->is_gpu && device_traits(device)->lanes == 1 && (info->int64_atomics || !needs_int64_atomics);
+  return direct ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
+}
+
+const char *raster_visibility_path(RasterWay way)
+{
+  return way == RASTER_WAY_DIRECT ? "raster/visibility_direct.cl" : "raster/visibility.cl";
+}
+
+Status raster_program(Program **out, Device *device, const DeviceScene *scene, const char *path, Log *log)
+{
+  char surfaces[128] = "", options[192];
+  if (scene->has_masks) device_scene_options(scene, surfaces, sizeof surfaces);
+  snprintf(options, sizeof options, "%s-D GROUP_SIZE=%u", surfaces, device_traits(device)->group_size);
+  return program_build(out, device, path, options, log);
+}
+
+Status raster_scene_make(RasterScene *out, Device *device, const DeviceScene *scene, const RasterOptions *options,
+                         Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
   Kernel kernel = {0};
   uint32_t triangles = (uint32_t)(scene->bvh2_triangles.bytes / sizeof(BvhTriangle));
   RasterScene made = {.triangle_count = triangles, .chunk_count = (triangles + RASTER_CHUNK - 1) / RASTER_CHUNK};
-  TRY(program_build(&program, device, "raster/triangle_pack.cl", "", log));
+  TRY(raster_program(&program, device, scene, raster_visibility_path(raster_way(options, device, true)), log));
   TRY(program_kernel(&kernel, program, "triangle_pack", log));
   size_t blocks = (size_t)made.chunk_count * RASTER_CHUNK_BLOCKS;
   TRY(buffer_create(&made.blocks, device, blocks * sizeof(RasterBlock), NULL, "triangles to raster", log));
@@ -32,19 +56,4 @@ void raster_scene_free(RasterScene *scene)
   buffer_free(&scene->blocks);
   buffer_free(&scene->bounds);
   *scene = (RasterScene){0};
-}
-
-RasterWay raster_way(const RasterOptions *options, const Device *device, bool needs_int64_atomics)
-{
-  const DeviceInfo *info = device_info(device);
-  if (options->way != RASTER_WAY_BEST) return options->way;
-  bool direct = info->is_gpu && device_traits(device)->lanes == 1 && (info->int64_atomics || !needs_int64_atomics);
-  return direct ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
-}
-
-RasterProgramOptions raster_scene_options(const DeviceScene *scene)
-{
-  RasterProgramOptions options = {""};
-  if (scene->has_masks) device_scene_options(scene, options.text, sizeof options.text);
-  return options;
 }

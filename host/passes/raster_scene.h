@@ -9,11 +9,6 @@ typedef struct RasterScene {
   uint32_t triangle_count, chunk_count;
 } RasterScene;
 
-// Packs the triangles of a scene's BVH, which leaves out those with a vertex that is not finite. 44 bytes of device
-// memory a triangle, about 3 ns a triangle. Errors: those of program_build and buffer_create.
-Status raster_scene_make(RasterScene *out, Device *device, const DeviceScene *scene, Log *log);
-void raster_scene_free(RasterScene *scene);
-
 // Two ways to the same result. Bins: triangles are sorted into squares of pixels, which are drawn each by one
 // work-item. Direct: triangles are drawn by work-items of their own, with atomics. Direct is quicker on a GPU, bins on
 // a CPU.
@@ -28,12 +23,18 @@ typedef struct RasterOptions {
 
 enum { RASTER_PASS_CHUNKS = 1024, RASTER_PASS_BINS = 4096 };
 
-// Options of the programs that draw: those of the scene's surfaces where alpha MASK makes them read any, else none.
-typedef struct RasterProgramOptions {
-  char text[128];
-} RasterProgramOptions;
-RasterProgramOptions raster_scene_options(const DeviceScene *scene);
-
 // The way on this device: direct where LANES is 1, the device is a GPU and, for camera visibility, it has 64-bit
 // atomics.
 RasterWay raster_way(const RasterOptions *options, const Device *device, bool needs_int64_atomics);
+
+// Builds a program of cl/raster. It knows of the scene's surfaces only where alpha MASK makes it read them.
+Status raster_program(Program **out, Device *device, const DeviceScene *scene, const char *path, Log *log);
+
+// That of camera visibility and of triangle_pack.
+const char *raster_visibility_path(RasterWay way);
+
+// Packs the triangles of a scene's BVH, which leaves out those with a vertex that is not finite. 44 bytes of device
+// memory a triangle, about 10 ns a triangle. Errors: those of program_build and buffer_create.
+Status raster_scene_make(RasterScene *out, Device *device, const DeviceScene *scene, const RasterOptions *options,
+                         Log *log);
+void raster_scene_free(RasterScene *scene);

@@ -1,7 +1,5 @@
 #include "passes/raster_visibility.h"
 
-#include <stdio.h>
-
 #include "passes/raster_view.h"
 #include "passes/scene_args.h"
 #include "shared/raster.h"
@@ -17,9 +15,8 @@ static Status bins_make(RasterVisibility *raster, Device *device, const DeviceSc
 {
   Status status = STATUS_OK;
   Program *program = NULL;
-  TRY(program_build(&program, device, "raster/visibility_setup.cl", "", log));
+  TRY(raster_program(&program, device, scene, raster_visibility_path(raster->way), log));
   TRY(program_kernel(&raster->setup, program, "visibility_setup", log));
-  TRY(program_build(&program, device, "raster/visibility_bins.cl", raster_scene_options(scene).text, log));
   TRY(program_kernel(&raster->bins, program, "visibility_bins", log));
   TRY(raster_bins_make(&raster->binned, device, raster->pass_chunks, VISIBLE_WORDS, log));
 
@@ -31,18 +28,12 @@ static Status direct_make(RasterVisibility *raster, Device *device, const Device
 {
   Status status = STATUS_OK;
   Program *program = NULL;
-  char options[192];
-  snprintf(options, sizeof options, "%s-D GROUP_SIZE=%u", raster_scene_options(scene).text,
-           device_traits(device)->group_size);
-  size_t list_bytes = (size_t)raster->pass_chunks * RASTER_CHUNK * sizeof(RasterBox);
-  TRY(program_build(&program, device, "raster/visibility_direct.cl", options, log));
+  TRY(raster_program(&program, device, scene, raster_visibility_path(raster->way), log));
   TRY(program_kernel(&raster->small, program, "visibility_small", log));
   TRY(program_kernel(&raster->medium, program, "visibility_medium", log));
   TRY(program_kernel(&raster->large, program, "visibility_large", log));
   TRY(program_kernel(&raster->resolve, program, "visibility_resolve", log));
-  TRY(buffer_create(&raster->medium_boxes, device, list_bytes, NULL, "raster triangles", log));
-  TRY(buffer_create(&raster->large_boxes, device, list_bytes, NULL, "raster triangles", log));
-  TRY(buffer_create(&raster->box_counts, device, RASTER_COUNTS * sizeof(uint32_t), NULL, "raster triangles", log));
+  TRY(raster_boxes_make(&raster->boxes, device, raster->pass_chunks, log));
 
 done:
   return status;
@@ -52,7 +43,7 @@ Status raster_visibility_make(RasterVisibility *out, Device *device, const Devic
                               const RasterScene *triangles, const RasterOptions *options, Log *log)
 {
   Status status = STATUS_OK;
-  RasterVisibility raster = {.triangles = triangles, .way = raster_way(options, device, true)};
+  RasterVisibility raster = {.way = raster_way(options, device, true)};
   raster.pass_bins = options->pass_bins ? options->pass_bins : RASTER_PASS_BINS;
   raster.pass_chunks =
       smaller(options->pass_chunks ? options->pass_chunks : RASTER_PASS_CHUNKS, triangles->chunk_count);
@@ -100,20 +91,20 @@ void raster_visibility_free(RasterVisibility *raster)
                        &raster->medium, &raster->large, &raster->resolve};
   for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
   raster_bins_free(&raster->binned);
-  DeviceBuffer *buffers[] = {&raster->view,        &raster->keys,       &raster->medium_boxes,
-                             &raster->large_boxes, &raster->box_counts, &raster->costs};
-  for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
+  raster_boxes_free(&raster->boxes);
+  buffer_free(&raster->view);
+  buffer_free(&raster->keys);
+  buffer_free(&raster->costs);
   *raster = (RasterVisibility){0};
 }
 
 // Bin rows [wave_row, wave_row + wave_rows) of the wave, by passes over the scene's chunks.
-static Status bins_draw(RasterVisibility *raster, Device *device, const DeviceScene *scene, const CameraRays *camera,
-                        const Wave *wave, uint32_t wave_row, uint32_t wave_rows, const HitStream *hits,
-                        uint32_t capacity, Log *log)
+static Status bins_draw(RasterVisibility *raster, Device *device, const DeviceScene *scene,
+                        const RasterScene *triangles, const CameraRays *camera, const Wave *wave, uint32_t wave_row,
+                        uint32_t wave_rows, const HitStream *hits, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
   const CameraInfo *info = &camera->info;
-  const RasterScene *triangles = raster->triangles;
   uint32_t all_rows = divide_up(info->height, RASTER_BIN_PX);
   bool whole = raster->pass_rows == all_rows;
   uint32_t first_row = whole ? 0 : wave_row, rows = whole ? all_rows : wave_rows, begin = 1;
@@ -142,12 +133,12 @@ done:
 }
 
 // The wave in three sizes of triangles, by passes over the scene's chunks, and then the hits.
-static Status direct_draw(RasterVisibility *raster, Device *device, const DeviceScene *scene, const CameraRays *camera,
-                          const Wave *wave, const HitStream *hits, uint32_t capacity, Log *log)
+static Status direct_draw(RasterVisibility *raster, Device *device, const DeviceScene *scene,
+                          const RasterScene *triangles, const CameraRays *camera, const Wave *wave,
+                          const HitStream *hits, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
   const CameraInfo *info = &camera->info;
-  const RasterScene *triangles = raster->triangles;
   uint32_t group = device_traits(device)->group_size, slots = wave_rays(wave);
   uint32_t first_px = wave->first_tile / info->tiles_per_row * TILE_SIZE;
   uint32_t end_px =
@@ -159,26 +150,26 @@ static Status direct_draw(RasterVisibility *raster, Device *device, const Device
   for (uint32_t first = 0; first < triangles->chunk_count; first += raster->pass_chunks) {
     uint32_t first_triangle = first * RASTER_CHUNK;
     uint32_t count = smaller(raster->pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
-    TRY(buffer_zero(device, &raster->box_counts, log));
+    TRY(buffer_zero(device, &raster->boxes.counts, log));
     TRY(device_launch(device, &raster->small, count, count, "set up triangles, raster small ones",
                       ARGS(ARG_BUFFER(triangles->blocks), ARG(first_triangle), ARG(count), ARG_BUFFER(raster->view),
                            ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile),
                            ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),
-                           ARG_BUFFER(raster->keys), ARG_BUFFER(raster->medium_boxes), ARG_BUFFER(raster->large_boxes),
-                           ARG_BUFFER(raster->box_counts), ATTRIBUTE_ARGS(scene)),
+                           ARG_BUFFER(raster->keys), ARG_BUFFER(raster->boxes.medium), ARG_BUFFER(raster->boxes.large),
+                           ARG_BUFFER(raster->boxes.counts), ATTRIBUTE_ARGS(scene)),
                       log));
     TRY(device_launch(device, &raster->medium, teams, 0, "raster triangles of medium size",
                       ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets),
                            ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
                            ARG(wave->sample_count), ARG(info->near_m), ARG_BUFFER(raster->keys),
-                           ARG_BUFFER(raster->medium_boxes), ARG_BUFFER(raster->box_counts), ATTRIBUTE_ARGS(scene)),
+                           ARG_BUFFER(raster->boxes.medium), ARG_BUFFER(raster->boxes.counts), ATTRIBUTE_ARGS(scene)),
                       log));
     TRY(device_launch(
         device, &raster->large, (size_t)columns * rows * wave->sample_count * group, 0, "raster large triangles",
         ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets),
              ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count),
-             ARG(info->near_m), ARG_BUFFER(raster->keys), ARG_BUFFER(raster->large_boxes),
-             ARG_BUFFER(raster->box_counts), ARG(columns), ARG(first_row), ARG(rows), ATTRIBUTE_ARGS(scene)),
+             ARG(info->near_m), ARG_BUFFER(raster->keys), ARG_BUFFER(raster->boxes.large),
+             ARG_BUFFER(raster->boxes.counts), ARG(columns), ARG(first_row), ARG(rows), ATTRIBUTE_ARGS(scene)),
         log));
   }
   TRY(device_launch(
@@ -192,16 +183,18 @@ done:
   return status;
 }
 
-Status raster_visibility(RasterVisibility *raster, Device *device, const DeviceScene *scene, const CameraRays *camera,
-                         const Wave *wave, const HitStream *hits, uint32_t capacity, Log *log)
+Status raster_visibility(RasterVisibility *raster, Device *device, const DeviceScene *scene,
+                         const RasterScene *triangles, const CameraRays *camera, const Wave *wave,
+                         const HitStream *hits, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
-  if (raster->way == RASTER_WAY_DIRECT) return direct_draw(raster, device, scene, camera, wave, hits, capacity, log);
+  if (raster->way == RASTER_WAY_DIRECT)
+    return direct_draw(raster, device, scene, triangles, camera, wave, hits, capacity, log);
   uint32_t row_tiles = camera->info.tiles_per_row * TILES_PER_BIN;
   uint32_t end = divide_up(wave->first_tile + wave->tile_count, row_tiles);
   for (uint32_t row = wave->first_tile / row_tiles; row < end; row += raster->pass_rows)
-    TRY(bins_draw(raster, device, scene, camera, wave, row, smaller(raster->pass_rows, end - row), hits, capacity,
-                  log));
+    TRY(bins_draw(raster, device, scene, triangles, camera, wave, row, smaller(raster->pass_rows, end - row), hits,
+                  capacity, log));
 
 done:
   return status;

@@ -7,22 +7,21 @@
 #include "passes/raster_scene.h"
 
 typedef struct RasterVisibility {
-  const RasterScene *triangles;
   RasterWay way;
-  Kernel setup, bins;                                  // RASTER_WAY_BINS
-  Kernel small, medium, large, resolve;                // RASTER_WAY_DIRECT
-  DeviceBuffer view;                                   // RasterView
-  RasterBins binned;                                   // of one pass
-  DeviceBuffer keys;                                   // by slot, 64 bits
-  DeviceBuffer medium_boxes, large_boxes, box_counts;  // RasterBox of one pass
-  DeviceBuffer costs;                                  // RASTER_COSTS
-  uint32_t pass_chunks, pass_bins;                     // that a pass may have
-  uint32_t samples;                                    // of the camera
-  uint32_t columns, pass_rows;                         // bins across the picture; rows of bins of a pass
-  bool ready;                                          // the bins hold the whole scene for the whole picture
+  Kernel setup, bins;                    // RASTER_WAY_BINS
+  Kernel small, medium, large, resolve;  // RASTER_WAY_DIRECT
+  DeviceBuffer view;                     // RasterView
+  RasterBins binned;                     // of one pass
+  DeviceBuffer keys;                     // by slot, 64 bits
+  RasterBoxes boxes;                     // of one pass
+  DeviceBuffer costs;                    // RASTER_COSTS
+  uint32_t pass_chunks, pass_bins;       // that a pass may have
+  uint32_t samples;                      // of the camera
+  uint32_t columns, pass_rows;           // bins across the picture; rows of bins of a pass
+  bool ready;                            // the bins hold the whole scene for the whole picture
 } RasterVisibility;
 
-// `triangles` must outlive the result. Errors: those of program_build, buffer_create.
+// For a scene and its triangles, or others alike. Errors: those of program_build, buffer_create.
 Status raster_visibility_make(RasterVisibility *out, Device *device, const DeviceScene *scene,
                               const RasterScene *triangles, const RasterOptions *options, Log *log);
 void raster_visibility_free(RasterVisibility *raster);
@@ -34,8 +33,9 @@ Status raster_visibility_aim(RasterVisibility *raster, Device *device, const Cam
 
 // Writes the hits of all slots of the wave, into a stream of `capacity`. With bins the first wave of a picture pays for
 // setup and binning, unless they take several passes: then every wave does.
-Status raster_visibility(RasterVisibility *raster, Device *device, const DeviceScene *scene, const CameraRays *camera,
-                         const Wave *wave, const HitStream *hits, uint32_t capacity, Log *log);
+Status raster_visibility(RasterVisibility *raster, Device *device, const DeviceScene *scene,
+                         const RasterScene *triangles, const CameraRays *camera, const Wave *wave,
+                         const HitStream *hits, uint32_t capacity, Log *log);
 
 // What it took so far: how often a triangle was tried on a block of 4 x 4 samples, and how many samples it then covered
 // as the nearest so far. Counted with bins alone. Waits for the device.

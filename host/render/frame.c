@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "shared/raster.h"
 #include "shared/stream.h"
 
 // Bounces whose rays still run side by side: camera rays and their mirror images.
@@ -56,6 +57,19 @@ static void stream_give_back(Frame *frame, const RayStream *stream)
   if (stream != &frame->no_rays) frame->taken[stream - frame->streams] = false;
 }
 
+static Status raster_make(Frame *frame, Log *log)
+{
+  Status status = STATUS_OK;
+  const RasterOptions options = {0};
+  TRY(raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &options, log));
+  TRY(raster_visibility_make(&frame->raster, frame->device, frame->scene, &frame->raster_scene, &options, log));
+  TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->camera, frame->request.samples, frame->capacity,
+                            log));
+
+done:
+  return status;
+}
+
 Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const FrameRequest *request, Log *log)
 {
   Status status = STATUS_OK;
@@ -79,6 +93,7 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   TRY(hit_stream_make(&frame.hits, device, frame.capacity, log));
   TRY(buffer_create(&frame.radiance, device, (size_t)frame.capacity * sizeof(Float4), NULL, "radiance", log));
   TRY(aov_sums_make(&frame, log));
+  if (request->plan.primary == PRIMARY_RASTER) TRY(raster_make(&frame, log));
   *out = frame;
   frame = (Frame){0};
 
@@ -90,6 +105,8 @@ done:
 void frame_free(Frame *frame)
 {
   camera_rays_free(&frame->camera);
+  raster_visibility_free(&frame->raster);
+  raster_scene_free(&frame->raster_scene);
   tracer_free(&frame->tracer);
   shader_free(&frame->shader);
   film_free(&frame->film);
@@ -194,12 +211,16 @@ static Status bounce_render(Frame *frame, const Wave *wave, const Bounce *bounce
   TRY(stream_take(&reflected, frame, info.reflect, log));
   TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
   ShadeStreams streams = {bounce->rays, &frame->hits, &frame->shadow, reflected, transmitted, &frame->radiance};
-  TRY(trace_closest(&frame->tracer, device, frame->scene, bounce->rays, bounce->count,
-                    bounce->first ? frame->camera.info.near_m : 0, &frame->hits, coherence,
-                    bounce->first   ? "trace camera rays"
-                    : bounce->depth ? "trace reflected rays"
-                                    : "trace transmitted rays",
-                    log));
+  if (bounce->first && request->plan.primary == PRIMARY_RASTER)
+    TRY(raster_visibility(&frame->raster, device, frame->scene, &frame->raster_scene, &frame->camera, wave,
+                          &frame->hits, frame->capacity, log));
+  else
+    TRY(trace_closest(&frame->tracer, device, frame->scene, bounce->rays, bounce->count,
+                      bounce->first ? frame->camera.info.near_m : 0, &frame->hits, coherence,
+                      bounce->first   ? "trace camera rays"
+                      : bounce->depth ? "trace reflected rays"
+                                      : "trace transmitted rays",
+                      log));
   if (bounce->first && request->aovs & AOV_SET_SURFACE)
     TRY(film_aov(&frame->film, device, frame->scene, &frame->camera, wave, bounce->rays, &frame->hits, log));
   if (bounce->first && request->aovs & AOV_SET_SHADOW) TRY(aov_shadow(frame, &streams, wave, log));
@@ -258,6 +279,8 @@ Status frame_render(Frame *frame, Log *log)
   const FrameRequest *request = &frame->request;
   uint32_t tiles = tiles_of(&request->area), samples = request->samples;
   uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
+  uint32_t bin_row = frame->camera.info.tiles_per_row * (RASTER_BIN_PX / TILE_SIZE);
+  if (wave_tiles > bin_row && wave_tiles < tiles) wave_tiles -= wave_tiles % bin_row;  // no bin in two waves
   uint32_t wave_samples = smaller(samples, frame->capacity / (wave_tiles * TILE_PIXELS));
   double total = (double)tiles * samples, done_work = 0;
   for (uint32_t sample = 0; sample < samples; sample += wave_samples) {

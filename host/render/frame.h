@@ -4,6 +4,7 @@
 #include "device_scene/device_scene.h"
 #include "passes/camera_rays.h"
 #include "passes/film.h"
+#include "passes/raster_visibility.h"
 #include "passes/shade.h"
 #include "passes/trace.h"
 #include "plan/plan.h"
@@ -40,6 +41,8 @@ typedef struct Frame {
   const DeviceScene *scene;
   FrameRequest request;
   CameraRays camera;
+  RasterScene raster_scene;  // with PRIMARY_RASTER, as `raster`
+  RasterVisibility raster;
   Tracer tracer;
   Shader shader;
   Film film;

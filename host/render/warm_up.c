@@ -28,7 +28,10 @@ static void kernels_build(WarmUp *warm_up)
   Frame frame = {0};
   Camera camera = {
       .kind = CAMERA_PERSPECTIVE, .yfov_rad = 1, .znear_m = 1, .zfar_m = 2, .world_from_camera = mat4_identity()};
-  FrameRequest request = {.camera = &camera, .area = {8, 8, 0, 0, 8, 8}, .samples = 1};
+  FrameRequest request = {.camera = &camera,
+                          .area = {8, 8, 0, 0, 8, 8},
+                          .samples = 1,
+                          .plan = {.primary = PRIMARY_RASTER}};  // should the plan be rays, no one waits for raster's
   if (frame_make(&frame, warm_up->device, &warm_up->features, &request, &warm_up->log) == STATUS_OK) frame_free(&frame);
 }
 

@@ -1,5 +1,6 @@
 #include "support/gltf_build.h"
 
+#include <errno.h>
 #include <ftw.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -85,6 +86,22 @@ const char *gltf_save_bytes(const char *name, const void *bytes, size_t size)
   return path;
 }
 
+// With FRUGAL_KEEP_FILES, a folder, whole files are kept there as well: scripts/fuzz starts from them.
+static const char *file_keep(const char *name, const void *bytes, size_t size)
+{
+  static int count;
+  char kept[512];
+  const char *to = getenv("FRUGAL_KEEP_FILES");
+  if (to) {
+    snprintf(kept, sizeof kept, "%s/%s_%d_%s", to, program_invocation_short_name, count++, name);
+    FILE *file = fopen(kept, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(bytes, 1, size, file), size);
+    fclose(file);
+  }
+  return gltf_save_bytes(name, bytes, size);
+}
+
 const char *gltf_save_text(const char *format, ...)
 {
   static char text[TEXT_BYTES];
@@ -93,7 +110,7 @@ const char *gltf_save_text(const char *format, ...)
   vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);
   quotes_replace(text);
-  return gltf_save_bytes("test.gltf", text, strlen(text));
+  return file_keep("test.gltf", text, strlen(text));
 }
 
 const char *gltf_save(const GltfBuild *build, const char *format, ...)
@@ -116,7 +133,7 @@ const char *gltf_save(const GltfBuild *build, const char *format, ...)
   memcpy(file, header, sizeof header);
   memcpy(json + json_bytes, bin_header, sizeof bin_header);
   memcpy(json + json_bytes + 8, build->bin, bin_bytes);
-  return gltf_save_bytes("test.glb", file, header[2]);
+  return file_keep("test.glb", file, header[2]);
 }
 
 static void warning_keep(void *context, LogLevel level, const char *message)

@@ -179,6 +179,15 @@ const float *picture_pixel(const Picture *picture, uint32_t x, uint32_t y)
   return picture->radiance[(size_t)y * picture->width + x];
 }
 
+void picture_assert_same(const Picture *a, const Picture *b)
+{
+  size_t pixels = (size_t)a->width * a->height;
+  assert_memory_equal(a->radiance, b->radiance, pixels * sizeof *a->radiance);
+  for (int i = 0; picture_layer_names[i]; i++)
+    if (a->layers[i].values && memcmp(a->layers[i].values, b->layers[i].values, pixels * sizeof(float)) != 0)
+      fail_msg("%s differs", picture_layer_names[i]);
+}
+
 void picture_assert_signal(const Picture *picture, double contrast)
 {
   double widest = 0;

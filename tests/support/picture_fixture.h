@@ -50,6 +50,9 @@ const uint32_t *picture_integers(const Picture *picture, const char *name);
 
 const float *picture_pixel(const Picture *picture, uint32_t x, uint32_t y);
 
+// Fails unless all layers are the same, bit for bit.
+void picture_assert_same(const Picture *a, const Picture *b);
+
 // Fails for a picture that could be one of nothing: all values are finite and none negative, and some two pixels differ
 // by more than `contrast` in some channel.
 void picture_assert_signal(const Picture *picture, double contrast);

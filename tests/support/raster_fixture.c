@@ -62,7 +62,7 @@ void raster_fixture_make(RasterFixture *out, const Scene *scene)
   *out = (RasterFixture){0};
   raster_device(RASTER_BINS_16);
   raster_assert_ok(device_scene_make(&out->scene, device, scene, NULL, &raster_log));
-  raster_assert_ok(raster_scene_make(&out->triangles, device, &out->scene, &raster_log));
+  raster_assert_ok(raster_scene_make(&out->triangles, device, &out->scene, &(RasterOptions){0}, &raster_log));
   raster_assert_ok(tracer_make(&out->tracer, device, &out->scene, &raster_log));
 }
 
@@ -180,8 +180,8 @@ RasterHits raster_hits(RasterFixture *fixture, const RasterShot *shot, RasterVar
   raster_assert_ok(
       raster_visibility_aim(raster, device, &shooting.camera, shot->samples, shooting.capacity, &raster_log));
   for (Wave wave = {0}; wave_next(&wave, &shooting, shot);) {
-    raster_assert_ok(raster_visibility(raster, device, &fixture->scene, &shooting.camera, &wave, &shooting.hits,
-                                       shooting.capacity, &raster_log));
+    raster_assert_ok(raster_visibility(raster, device, &fixture->scene, &fixture->triangles, &shooting.camera, &wave,
+                                       &shooting.hits, shooting.capacity, &raster_log));
     wave_read(&hits, &shooting, &wave);
   }
   raster_visibility_free(&own);

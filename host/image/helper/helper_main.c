@@ -15,6 +15,9 @@
 #include "image/helper/signature.h"
 #include "image/message.h"
 
+// There in a build under the leak sanitizer alone. This process ends by _exit or by a signal, where it would not look.
+extern void __lsan_do_recoverable_leak_check(void) __attribute__((weak));
+
 enum { WATCHER_STACK_BYTES = 1 << 17 };
 
 // Memory of a decode: the pixels as radiance, as much again for the decoder, and the libraries with their threads.
@@ -219,5 +222,6 @@ int main(void)
     if (!message_send(STDIN_FILENO, &reply, sizeof reply, reply.status ? -1 : result_fd)) _exit(0);
     close(fd);
     if (result_fd >= 0) close(result_fd);
+    if (__lsan_do_recoverable_leak_check) __lsan_do_recoverable_leak_check();
   }
 }

@@ -1,0 +1,139 @@
+// Runs every kernel on scene_features at one lane width, for a simulator that watches each access (scripts/oclgrind).
+//
+// Usage: render_features LANES WIDTHxHEIGHT   LANES: 16, 8 (both as for CPUs) or 1 (as for GPUs)
+//
+// The picture itself is not looked at: other tests do that.
+
+#include <CL/cl.h>
+#include <dlfcn.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "support/picture_fixture.h"
+#include "support/scene_build.h"
+#include "support/scene_features.h"
+
+// The calls below stand in for OpenCL's own, for the sake of Oclgrind 21.10's check for uninitialised values: to that a
+// store from the host is the whole buffer, even where it is a step of a fill, and a new buffer holds what an old one at
+// its address did.
+
+static bool starts_as_nan;
+
+static cl_int buffer_set(cl_command_queue queue, cl_mem buffer, size_t offset, size_t bytes, int byte)
+{
+  char *values = malloc(bytes);
+  if (!values) return CL_OUT_OF_HOST_MEMORY;
+  memset(values, byte, bytes);
+  cl_int error = clEnqueueWriteBuffer(queue, buffer, CL_TRUE, offset, bytes, values, 0, NULL, NULL);
+  free(values);
+  return error;
+}
+
+// Lanes past the end of a stream load what nobody has written, and are masked: to the check that is use. So for vectors
+// buffers start as NaNs, which may not reach the picture.
+cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t bytes, void *initial, cl_int *error)
+{
+  cl_mem (*create)(cl_context, cl_mem_flags, size_t, void *, cl_int *);
+  cl_device_id device;
+  *(void **)&create = dlsym(RTLD_NEXT, __func__);
+  cl_mem buffer = create(context, flags, bytes, initial, error);
+  if (!buffer || !starts_as_nan) return buffer;
+  clGetContextInfo(context, CL_CONTEXT_DEVICES, sizeof device, &device, NULL);
+  cl_command_queue queue = clCreateCommandQueue(context, device, 0, error);
+  if (*error == CL_SUCCESS) *error = buffer_set(queue, buffer, 0, bytes, 0xff);
+  clReleaseCommandQueue(queue);
+  return buffer;
+}
+
+cl_int clReleaseMemObject(cl_mem buffer) { return CL_SUCCESS; }
+
+cl_int clEnqueueFillBuffer(cl_command_queue queue, cl_mem buffer, const void *pattern, size_t pattern_bytes,
+                           size_t offset, size_t bytes, cl_uint wait_count, const cl_event *wait_events,
+                           cl_event *event)
+{
+  return buffer_set(queue, buffer, offset, bytes, *(const char *)pattern);
+}
+
+// Every branch of the resolve kernel.
+static Status sums_resolve(Frame *frame, uint32_t pixels)
+{
+  static const ResolveInfo infos[] = {
+      {.scale = 1, .coverage_scale = 1},
+      {.scale = 2, .coverage_scale = 1, .display = 1, .tone = TONE_CURVE_FILMIC},
+      {.scale = 4, .coverage_scale = 1, .display = 1, .tone = TONE_CURVE_PBR_NEUTRAL, .opaque = 1, .has_background = 1},
+  };
+  Status status = STATUS_OK;
+  float *values = calloc(pixels, 4 * sizeof *values);
+  for (size_t i = 0; i < sizeof infos / sizeof *infos; i++) {
+    ResolveInfo info = infos[i];
+    info.pixel_count = pixels;
+    TRY(film_resolve(&frame->film, frame->device, &frame->film.sums, &info, values, &picture_log));
+    for (uint32_t k = 0; k < 4 * pixels; k++)
+      if (!isfinite(values[k])) {
+        status = log_fail(&picture_log, STATUS_FAILED, "picture %zu: value %u is %g", i, k, values[k]);
+        goto done;
+      }
+  }
+
+done:
+  free(values);
+  return status;
+}
+
+static Status render(Device *device, const Scene *scene, const RenderSettings *settings, uint32_t aovs)
+{
+  Status status = STATUS_OK;
+  DeviceScene device_scene = {0};
+  Frame frame = {0};
+  Camera camera = scene_features_camera();
+  TRY(device_scene_make(&device_scene, device, scene, NULL, &picture_log));
+  SceneFacts facts = {.light_count = device_scene.light_count,
+                      .has_mirrors = device_scene.has_mirrors,
+                      .has_blends = device_scene.has_blends,
+                      .environment_lights = device_scene.environment_lights};
+  FrameRequest request = {.camera = &camera,
+                          .area = {settings->width, settings->height, 0, 0, settings->width, settings->height},
+                          .samples = settings->samples,
+                          .plan = plan_make(settings, &facts),
+                          .aovs = aovs};
+  TRY(frame_make(&frame, device, &device_scene, &request, &picture_log));
+  TRY(frame_render(&frame, &picture_log));
+  TRY(sums_resolve(&frame, settings->width * settings->height));
+
+done:
+  frame_free(&frame);
+  device_scene_free(&device_scene);
+  return status;
+}
+
+int main(int argc, char **argv)
+{
+  static const float colors[4][3] = {{1, 1, 1}, {0.5f, 0.6f, 1}, {0.2f, 0.2f, 0.1f}, {3, 2, 1}};
+  Status status = STATUS_OK;
+  Scene scene = scene_features();
+  PictureRequest request = picture_request(0, 0, 1);
+  RenderSettings *settings = &request.settings;
+  if (argc != 3 || sscanf(argv[2], "%ux%u", &settings->width, &settings->height) != 2) {
+    fputs("usage: render_features LANES WIDTHxHEIGHT\n", stderr);
+    return 2;
+  }
+  uint32_t lanes = (uint32_t)atoi(argv[1]);
+  starts_as_nan = lanes > 1;
+  Device *device = picture_device(lanes);
+  settings->max_depth = 3;  // from the third bounce on, a CPU walks single rays
+  TRY(render(device, &scene, settings, AOV_SET_SURFACE | AOV_SET_SHADOW | AOV_SET_REFLECTION));
+
+  settings->lighting = LIGHTING_PHONG;
+  settings->max_depth = 1;
+  settings->shadows = SHADOWS_NONE;
+  scene_set_image(&scene, 2, 2, colors);
+  TRY(render(device, &scene, settings, AOV_SET_NONE));
+
+done:
+  if (status) fprintf(stderr, "render_features: status %d: %s\n", status, picture_log.error);
+  scene_free(&scene);
+  device_close(device);
+  return status != STATUS_OK;
+}
