@@ -156,15 +156,31 @@ static void exact_random(Exact *out, Random *random, bool flat)
   }
 }
 
+// Less than a texel wide, with the left edge through centres of texels, or the same with the top edge; before all
+// others.
+static void exact_thin(Exact *out, Random *random, int i)
+{
+  int64_t at = 256 * random_part(random, 2, SIZE - 8) + 128, along = 256 * random_part(random, 2, SIZE - 8) + 100;
+  const int64_t corners[3][2] = {{at, along}, {at, along + 1000}, {at + 100, along + 500}};
+  for (int k = 0; k < 3; k++) {
+    out->corners[k][i % 2] = corners[k][0];
+    out->corners[k][1 - i % 2] = corners[k][1];
+    out->depth[k] = (float)(i + 1) / (1 << 20);
+  }
+}
+
 // Triangles that face the map show by their depth which of them a texel belongs to.
 static void coverage_is_exact(void **state)
 {
-  enum { TRIANGLES = 400 };
+  enum { TRIANGLES = 400, THIN = 40 };
   static Exact triangles[TRIANGLES];
   Random random = random_make(1);
   Soup soup = {0};
   for (int i = 0; i < TRIANGLES; i++) {
-    exact_random(&triangles[i], &random, true);
+    if (i < THIN)
+      exact_thin(&triangles[i], &random, i);
+    else
+      exact_random(&triangles[i], &random, true);
     exact_add(&soup, &triangles[i]);
   }
   RasterView view = view_flat(SIZE);

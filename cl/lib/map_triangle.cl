@@ -134,8 +134,9 @@ typedef struct WindowTriangle {
 
 // From snapped vertices of positive area, the depth at corner 0 and its growth by a part of a texel. `window`: its
 // first texel, then its size. False where it holds no centre within the bounds.
-static inline bool window_triangle(WindowTriangle *out, const int x[3], const int y[3], float depth, float depth_x,
-                                   float depth_y, float least, float greatest, int4 window)
+static inline __attribute__((always_inline)) bool window_triangle(WindowTriangle *out, const int x[3], const int y[3],
+                                                                  float depth, float depth_x, float depth_y,
+                                                                  float least, float greatest, int4 window)
 {
   int corner_x = window.x * RASTER_SNAP + RASTER_SNAP / 2, corner_y = window.y * RASTER_SNAP + RASTER_SNAP / 2;
   int low_x = min(min(x[0], x[1]), x[2]) - corner_x, high_x = max(max(x[0], x[1]), x[2]) - corner_x;

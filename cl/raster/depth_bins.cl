@@ -23,7 +23,8 @@ typedef struct Target {
   const AttributeSources *attributes;
 } Target;
 
-static inline void bin_draw(const WindowTriangle *t, uint number, uint flags, const Target *to)
+static inline __attribute__((always_inline)) void bin_draw(const WindowTriangle *t, uint number, uint flags,
+                                                           const Target *to)
 {
   for (uint part = 0; part < BLOCK_PARTS; part++) {
     IntL lane = INTL((int)(part * LANES)) + LANE_INDEX, x = lane & INTL(3), y = lane >> INTL(2);
@@ -53,7 +54,7 @@ static inline void bin_draw(const WindowTriangle *t, uint number, uint flags, co
   }
 }
 
-static inline void record_draw(global const uint *record, const Target *to)
+static inline __attribute__((always_inline)) void record_draw(global const uint *record, const Target *to)
 {
   global const int *vertex = (global const int *)record + DEPTH_VERTEX;
   global const float *plane = (global const float *)record + DEPTH_PLANE,

@@ -27,5 +27,6 @@ typedef struct RasterBoxes {
   DeviceBuffer counts;         // [RASTER_COUNTS]
 } RasterBoxes;
 
+// For `chunks` chunks. Errors: those of buffer_create.
 Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, Log *log);
 void raster_boxes_free(RasterBoxes *boxes);
