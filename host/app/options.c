@@ -92,15 +92,6 @@ static Status read_exposure(void *field, const Option *option, const char *text,
   return status;
 }
 
-static Status read_max_roughness(void *field, const Option *option, const char *text, Log *log)
-{
-  float roughness = 0;
-  Status status = option_read_float(&roughness, option, text, log);
-  if (!status && roughness > 0)
-    return log_fail(log, STATUS_USAGE, "--max-roughness %s: rough reflections are not there yet: use 0", text);
-  return status;
-}
-
 static Status read_primary(void *field, const Option *option, const char *text, Log *log)
 {
   int index = 0;
@@ -163,9 +154,13 @@ static const Option render_options[] = {
      .help = "none or rays (rays)"},
     {"reflections", 0, "METHOD", option_read_word, FIELD(settings.reflections), .words = WORDS("none", "rays"),
      .help = "none or rays (rays)"},
+    {"environment-light", 0, "METHOD", option_read_word, FIELD(settings.environment_light),
+     .words = WORDS("auto", "none", "ambient", "sh", "sh-ao", "sampled"),
+     .help = "none, ambient, sh (harmonics), sh-ao (with ambient occlusion),\nsampled, or auto (sampled from 16 samples on, "
+             "else sh)"},
     {"max-depth", 0, "N", option_read_u32, FIELD(settings.max_depth), .high = 1000, .help = "reflected bounces (8)"},
-    {"max-roughness", 0, "R", read_max_roughness, .high = 1,
-     .help = "reflect surfaces up to this roughness (0: mirrors alone)"},
+    {"max-roughness", 0, "R", option_read_float, FIELD(settings.max_roughness), .high = 1,
+     .help = "surfaces up to this roughness reflect; 0: mirrors alone (pbr,\nfrom 16 samples on: 1, else 0)"},
 
     OPTION_HEADING("Machine:"),
     {"device", 0, "DEVICE", option_read_text, FIELD(device),
@@ -271,6 +266,7 @@ Status render_options_parse(RenderOptions *out, int argc, char **argv, Log *log)
                    .shadows = SHADOWS_RAYS,
                    .reflections = REFLECTIONS_RAYS,
                    .max_depth = 8,
+                   .max_roughness = MAX_ROUGHNESS_AUTO,
                    .ambient = 0.05f},
       .environment_intensity = 1,
       .key_light = true,
