@@ -26,9 +26,10 @@ ShadeLab lab_open(const Scene *scene, uint32_t lanes)
   Log *log = &picture_log;
   *log = (Log){0};
   ShadeLab lab = {.device = picture_device(lanes)};
+  const Plan plan = {.environment_light = ENVIRONMENT_LIGHT_SH};
   Device *device = lab.device;
   picture_assert_ok(device_scene_make(&lab.scene, device, scene, NULL, log));
-  picture_assert_ok(shader_make(&lab.shader, device, &lab.scene, log));
+  picture_assert_ok(shader_make(&lab.shader, device, &lab.scene, &plan, log));
   picture_assert_ok(ray_stream_make(&lab.rays, device, LAB_CAPACITY, 1, "rays", log));
   picture_assert_ok(ray_stream_make(&lab.shadow, device, LAB_CAPACITY, LIGHTS_PER_LAUNCH, "shadow rays", log));
   for (int i = 0; i < 2; i++) picture_assert_ok(ray_stream_make(&lab.onward[i], device, LAB_CAPACITY, 1, "rays", log));
