@@ -136,7 +136,8 @@ static inline float4 image_sample(global const float *pixels, int width, int hei
 static inline Vec3L environment_prefiltered(constant EnvironmentInfo *info, global const Float4 *pixels,
                                             global const Float4 *levels, Vec3L direction, FloatL roughness, IntL mask)
 {
-  if (info->kind == ENVIRONMENT_KIND_CONSTANT) return vec3l(FLOATL(info->zenith.x), FLOATL(info->zenith.y), FLOATL(info->zenith.z));
+  if (info->kind == ENVIRONMENT_KIND_CONSTANT)
+    return vec3l(FLOATL(info->zenith.x), FLOATL(info->zenith.y), FLOATL(info->zenith.z));
   Vec3L radiance = vec3l(FLOATL(0), FLOATL(0), FLOATL(0));
   FloatL u, v;
   bool image = info->kind == ENVIRONMENT_KIND_IMAGE;

@@ -45,8 +45,7 @@ static inline LobeSample lobe_sample_diffuse(const Reflectance *r, Vec3L n, Vec3
   FloatL nl = dot3(n, s.direction), one = FLOATL(1);
   s.density = nl * FLOATL(INV_PI);
   Vec3L f = fresnel_schlick(r->specular, fabs(dot3(v, unit3(add3(v, s.direction)))));
-  Vec3L weight =
-      vec3l((one - f.x) * r->diffuse.x, (one - f.y) * r->diffuse.y, (one - f.z) * r->diffuse.z);
+  Vec3L weight = vec3l((one - f.x) * r->diffuse.x, (one - f.y) * r->diffuse.y, (one - f.z) * r->diffuse.z);
   Vec3L nothing = vec3l(FLOATL(0), FLOATL(0), FLOATL(0));
   s.weight = select3(nl > FLOATL(0), weight, nothing);
   return s;

@@ -146,8 +146,8 @@ static inline void lobe_sample_spawn(const SampledSurface *at, constant ShadeInf
   IntL reflected = at->lit & is_specular & at->reflects & (dot3(s->geometric, sample.direction) > zero);
   Vec3L onward = scale3(brings, one / share);
   stream_append_path(reflected & (max_component3(onward) > FLOATL(shade->min_weight)), at->origin, sample.direction,
-                     FLOATL(INFINITY), onward, at->slot, true, share * sample.density, to->reflected_rays,
-                     to->capacity, to->reflected_slots, &to->counts[STREAM_COUNT_REFLECTED]);
+                     FLOATL(INFINITY), onward, at->slot, true, share * sample.density, to->reflected_rays, to->capacity,
+                     to->reflected_slots, &to->counts[STREAM_COUNT_REFLECTED]);
 
   IntL open = at->lit & !(is_specular & at->reflects);
   if (shade->environment_light != ENVIRONMENT_BY_SAMPLES || !any_lane(open)) return;

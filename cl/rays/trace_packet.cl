@@ -167,8 +167,7 @@ static inline void packet_walk(Packet *p, IntL group, uint octant, uint kz, glob
         continue;
       }
     } else {
-      packet_leaf(p, group, &ray, kz, positive_kz, triangles, reference & ~BVH_LEAF, count, any_hit, culls,
-                  attributes);
+      packet_leaf(p, group, &ray, kz, positive_kz, triangles, reference & ~BVH_LEAF, count, any_hit, culls, attributes);
       if (any_hit && !any_lane(group & !p->occluded)) return;
       limit = packet_limit(p, group, any_hit);
     }
@@ -263,17 +262,17 @@ kernel void trace_any(global const Bvh2Node *nodes, global const BvhTriangle *tr
                       global const uchar4 *texels, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  trace_segment(nodes, triangles, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count, slots + segment * capacity,
-                radiance, false, &attributes);
+  trace_segment(nodes, triangles, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count,
+                slots + segment * capacity, radiance, false, &attributes);
 }
 
 kernel void trace_open(global const Bvh2Node *nodes, global const BvhTriangle *triangles, global const float *rays,
-                      uint capacity, uint ray_count, uint segment, global const uint *slots, global float4 *radiance,
-                      global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
-                      uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
-                      global const uchar4 *texels, constant float *linear_from_byte)
+                       uint capacity, uint ray_count, uint segment, global const uint *slots, global float4 *radiance,
+                       global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
+                       uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
+                       global const uchar4 *texels, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  trace_segment(nodes, triangles, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count, slots + segment * capacity,
-                radiance, true, &attributes);
+  trace_segment(nodes, triangles, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count,
+                slots + segment * capacity, radiance, true, &attributes);
 }

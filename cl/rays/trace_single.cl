@@ -111,8 +111,8 @@ static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_h
 }
 
 // Walks the tree; returns true at once when any_hit and something blocks the ray.
-static inline bool ray_walk(Ray *ray, global const Bvh8Node *nodes, global const Bvh8Block *blocks, bool any_hit, bool culls,
-                            const AttributeSources *attributes)
+static inline bool ray_walk(Ray *ray, global const Bvh8Node *nodes, global const Bvh8Block *blocks, bool any_hit,
+                            bool culls, const AttributeSources *attributes)
 {
   uint stack_child[STACK_SIZE];
   float stack_enter[STACK_SIZE];
@@ -194,17 +194,17 @@ kernel void trace_any(global const Bvh8Node *nodes, global const Bvh8Block *bloc
                       global const uchar4 *texels, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  trace_segment(nodes, blocks, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count, slots + segment * capacity,
-                radiance, false, &attributes);
+  trace_segment(nodes, blocks, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count,
+                slots + segment * capacity, radiance, false, &attributes);
 }
 
 kernel void trace_open(global const Bvh8Node *nodes, global const Bvh8Block *blocks, global const float *rays,
-                      uint capacity, uint ray_count, uint segment, global const uint *slots, global float4 *radiance,
-                      global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
-                      uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
-                      global const uchar4 *texels, constant float *linear_from_byte)
+                       uint capacity, uint ray_count, uint segment, global const uint *slots, global float4 *radiance,
+                       global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
+                       uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
+                       global const uchar4 *texels, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  trace_segment(nodes, blocks, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count, slots + segment * capacity,
-                radiance, true, &attributes);
+  trace_segment(nodes, blocks, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count,
+                slots + segment * capacity, radiance, true, &attributes);
 }

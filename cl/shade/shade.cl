@@ -65,6 +65,15 @@ static inline void radiance_add(global float4 *radiance, UintL slot, IntL mask, 
   }
 }
 
+// About where a rough surface reflects: the lobe leans to the normal as it widens. The fourth power of roughness for a
+// shift was chosen by trial: it halves the error of roughness 0.7 to 1.
+static inline Vec3L lobe_axis(const Surface *s, Vec3L to_eye)
+{
+  FloatL squared = s->reflectance.roughness * s->reflectance.roughness;
+  Vec3L mirrored = mirror3(to_eye, s->normal);
+  return unit3(add3(mirrored, scale3(sub3(s->normal, mirrored), squared * squared)));
+}
+
 // Light of the environment to the eye as if nothing stood before it; in the specular lobe only where no ray reflects.
 // Diffuse: irradiance in nine harmonics. Specular: the split sum, prefiltered radiance x albedo, which takes the lobe for
 // one about the reflected direction whatever the eye's.
@@ -79,8 +88,8 @@ static inline Vec3L environment_light_open(const SampledSurface *at, Vec3L to_ey
   if (!mean) {
     irradiance = environment_irradiance(environment, s->normal);
     if (any_lane(glossy))
-      prefiltered = environment_prefiltered(environment, pixels, levels, mirror3(to_eye, s->normal),
-                                            s->reflectance.roughness, glossy);
+      prefiltered =
+          environment_prefiltered(environment, pixels, levels, lobe_axis(s, to_eye), s->reflectance.roughness, glossy);
   }
   Vec3L diffuse = scale3(mul3(diffuse_albedo_pbr(&s->reflectance, nv), irradiance), s->occlusion);
   Vec3L specular = mul3(specular_albedo_fit(&s->reflectance, nv), prefiltered);
@@ -130,10 +139,8 @@ static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, Flo
                                            global float4 *radiance, const SampleStreams *to)
 {
   uint method = shade->environment_light;
-  if (method == ENVIRONMENT_BY_HARMONICS || method == ENVIRONMENT_BY_MEAN ||
-      method == ENVIRONMENT_BY_OCCLUSION) {
-    Vec3L light =
-        environment_light_open(at, to_eye, nv, method == ENVIRONMENT_BY_MEAN, environment, pixels, levels);
+  if (method == ENVIRONMENT_BY_HARMONICS || method == ENVIRONMENT_BY_MEAN || method == ENVIRONMENT_BY_OCCLUSION) {
+    Vec3L light = environment_light_open(at, to_eye, nv, method == ENVIRONMENT_BY_MEAN, environment, pixels, levels);
 #ifdef HAS_OCCLUSION_RAYS
     at->random = random_source(shade, at->slot);
     occlusion_rays_spawn(at, light, shade, to);
@@ -231,7 +238,8 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
       stream_append_path(spawned, origin, mirrored, FLOATL(INFINITY), onward, slot, STREAMS_HAVE_DENSITY,
                          FLOATL(INFINITY), reflected_rays, capacity, reflected_slots, &counts[STREAM_COUNT_REFLECTED]);
     }
-    SampledSurface sampled = {.surface = &s, .lit = lit, .reflects = INTL(0), .origin = origin, .weight = weight, .slot = slot};
+    SampledSurface sampled = {
+        .surface = &s, .lit = lit, .reflects = INTL(0), .origin = origin, .weight = weight, .slot = slot};
 #ifdef HAS_LOBES
     if (shade->reflect)
       sampled.reflects = lit & !s.reflectance.mirror & (s.reflectance.roughness <= FLOATL(shade->max_roughness));

@@ -87,7 +87,6 @@ SHARED_SIZE(EnvironmentInfo, 168);
 #define ENVIRONMENT_LEVELS 7
 #define ENVIRONMENT_LEVEL_WIDTH(k) ((k) < 3 ? 32 : 8 << (k))
 #define ENVIRONMENT_LEVEL_FIRST(k) ((k) < 3 ? 512 * (k) : 1536 + ((1 << (2 * (k))) - 64) * 32 / 3)  // pixel
-#define ENVIRONMENT_LEVEL_PIXELS ENVIRONMENT_LEVEL_FIRST(ENVIRONMENT_LEVELS)
 
 // Luminance, by which directions are chosen.
 #define LUMINANCE_R 0.2126f

@@ -156,7 +156,8 @@ static const Option render_options[] = {
      .help = "none or rays (rays)"},
     {"environment-light", 0, "METHOD", option_read_word, FIELD(settings.environment_light),
      .words = WORDS("auto", "none", "ambient", "sh", "sh-ao", "sampled"),
-     .help = "none, ambient, sh (harmonics), sh-ao (with ambient occlusion),\nsampled, or auto (sampled from 16 samples on, "
+     .help = "none, ambient, sh (harmonics), sh-ao (with ambient occlusion),\nsampled, or auto (sampled from 16 "
+             "samples on, "
              "else sh)"},
     {"max-depth", 0, "N", option_read_u32, FIELD(settings.max_depth), .high = 1000, .help = "reflected bounces (8)"},
     {"max-roughness", 0, "R", option_read_float, FIELD(settings.max_roughness), .high = 1,

@@ -70,8 +70,8 @@ Status record_make(char **out, const RenderOptions *options, const Plan *plan, c
     fputs(" --lighting pbr", stream);
   fprintf(stream, " --primary rays --shadows %s --reflections %s --environment-light %s --max-depth %u",
           settings->shadows == SHADOWS_RAYS ? "rays" : "none",
-          settings->reflections == REFLECTIONS_RAYS ? "rays" : "none",
-          environment_light_names[plan->environment_light], settings->max_depth);
+          settings->reflections == REFLECTIONS_RAYS ? "rays" : "none", environment_light_names[plan->environment_light],
+          settings->max_depth);
   fprintf(stream, " --max-roughness %g --seed %u", (double)plan->max_roughness, options->seed);
   fprintf(stream, "; on %s, %s, driver %s", device->name, device->platform, device->driver);
   if (fclose(stream) != 0) {
@@ -105,8 +105,8 @@ json_t *record_stats(const RecordSources *sources)
                 (json_int_t)scene->light_count),
       json_pack("{s:s, s:s, s:s, s:s, s:i, s:f, s:s}", "lighting", plan->lighting == LIGHTING_PHONG ? "phong" : "pbr",
                 "primary", "rays", "shadows", plan->shadow_rays ? "rays" : "none", "reflections",
-                plan->reflected_rays ? "rays" : "none", "max_depth", (int)plan->max_depth, "max_roughness", (double)plan->max_roughness,
-                "environment_light", environment_light_names[plan->environment_light]),
+                plan->reflected_rays ? "rays" : "none", "max_depth", (int)plan->max_depth, "max_roughness",
+                (double)plan->max_roughness, "environment_light", environment_light_names[plan->environment_light]),
       profile_json(sources->timeline),
       json_real(sources->total_ms),
   };

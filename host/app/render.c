@@ -110,8 +110,8 @@ static void structure_known(void *context, const Scene *scene)
   EnvironmentChoice environment = job->options.environment.choice;
   SceneFacts facts = {.light_count = scene->light_count,
                       .has_mirrors = true,
-                      .environment_lights = environment == ENVIRONMENT_UNSET ? scene->light_count == 0
-                                                                             : environment != ENVIRONMENT_NONE};
+                      .environment_lights =
+                          environment == ENVIRONMENT_UNSET ? scene->light_count == 0 : environment != ENVIRONMENT_NONE};
   Plan plan = plan_make(&job->options.settings, &facts);
   if (job->warm_up) warm_up_scene(job->warm_up, scene, &plan);
 }

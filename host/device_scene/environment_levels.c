@@ -9,7 +9,7 @@
 enum { SOURCE_WIDTH = 512, SOURCE_HEIGHT = 256, SOURCES = 8 };
 
 // Samples of a pixel of a level: many where pixels are few.
-static int level_samples(int level) { return level < 3 ? 512 : level < 5 ? 1024 >> (level - 1) : 32; }
+static int level_samples(int level) { return level < 3 ? 1024 : 4096 >> level; }
 
 // One equirectangular picture of the chain, [height][width][3].
 typedef struct Source {
@@ -70,13 +70,15 @@ static void source_row_make(void *context, size_t index)
 static void source_halve(Source *out, const Source *from)
 {
   for (int row = 0; row < out->height; row++) {
-    float upper = (float)sin(M_PI * (2 * row + 0.5) / from->height), lower = (float)sin(M_PI * (2 * row + 1.5) / from->height);
+    float upper = (float)sin(M_PI * (2 * row + 0.5) / from->height),
+          lower = (float)sin(M_PI * (2 * row + 1.5) / from->height);
     float share = upper / (upper + lower);
     const float *a = from->pixels + (size_t)(2 * row) * (unsigned)from->width * 3, *b = a + from->width * 3;
     float *to = out->pixels + (size_t)row * (unsigned)out->width * 3;
     for (int i = 0; i < out->width; i++)
       for (int c = 0; c < 3; c++)
-        to[3 * i + c] = 0.5f * (share * (a[6 * i + c] + a[6 * i + 3 + c]) + (1 - share) * (b[6 * i + c] + b[6 * i + 3 + c]));
+        to[3 * i + c] =
+            0.5f * (share * (a[6 * i + c] + a[6 * i + 3 + c]) + (1 - share) * (b[6 * i + c] + b[6 * i + 3 + c]));
   }
 }
 
@@ -103,7 +105,8 @@ static RowSample row_sample(const LevelsWork *work, int i, int count, double alp
   sample.v = (float)(acos(fmax(-1, fmin(1, y))) / M_PI);
 
   // Solid angle of the sample over that of a pixel of the first source.
-  double denominator = cosine2 * (alpha * alpha - 1) + 1, density = alpha * alpha / (4 * M_PI * denominator * denominator);
+  double denominator = cosine2 * (alpha * alpha - 1) + 1,
+         density = alpha * alpha / (4 * M_PI * denominator * denominator);
   double pixel = 2 * M_PI * M_PI / (SOURCE_WIDTH * SOURCE_HEIGHT) * fmax(sin(M_PI * sample.v), 0.5 / SOURCE_HEIGHT);
   int level = (int)lrint(0.5 * log2(1 / (count * density) / pixel) + 0.5);
   sample.source = &work->sources[level < 0 ? 0 : level < SOURCES ? level : SOURCES - 1];
@@ -154,9 +157,19 @@ static void level_row_make(void *context, size_t index)
   for (int i = 0; i < 4 * width; i++) out[i] /= sum;
 }
 
-Status environment_levels_make(EnvironmentLevels *out, const Environment *environment, Log *log)
+// A surface reads the levels on both sides of its roughness; rounding may move it a little.
+static int levels_needed(float least_roughness)
+{
+  double level = least_roughness > 0 ? -2 * log2(least_roughness) + 0.01 : ENVIRONMENT_LEVELS;
+  if (level < 0) level = 0;
+  return level < ENVIRONMENT_LEVELS - 2 ? (int)level + 2 : ENVIRONMENT_LEVELS;
+}
+
+Status environment_levels_make(EnvironmentLevels *out, const Environment *environment, float least_roughness, Log *log)
 {
   Status status = STATUS_OK;
+  int levels = levels_needed(least_roughness);
+  size_t floats = 4 * (size_t)ENVIRONMENT_LEVEL_FIRST(levels), rows = 0;
   LevelsWork work = {.environment = environment};
   *out = (EnvironmentLevels){0};
   if (environment->kind == ENVIRONMENT_CONSTANT) return STATUS_OK;
@@ -166,17 +179,16 @@ Status environment_levels_make(EnvironmentLevels *out, const Environment *enviro
     source->pixels = malloc((size_t)source->width * (size_t)source->height * 3 * sizeof *source->pixels);
     if (!source->pixels) status = STATUS_NO_MEMORY;
   }
-  work.pixels = malloc(ENVIRONMENT_LEVEL_PIXELS * 4 * sizeof *work.pixels);
+  work.pixels = malloc(floats * sizeof *work.pixels);
   if (status || !work.pixels) {
     status = log_no_memory(log, "environment");
     goto done;
   }
   parallel_for(SOURCE_HEIGHT, source_row_make, &work);
   for (int i = 1; i < SOURCES; i++) source_halve(&work.sources[i], &work.sources[i - 1]);
-  size_t rows = 0;
-  for (int level = 0; level < ENVIRONMENT_LEVELS; level++) rows += ENVIRONMENT_LEVEL_WIDTH(level) / 2;
+  for (int level = 0; level < levels; level++) rows += ENVIRONMENT_LEVEL_WIDTH(level) / 2;
   parallel_for(rows, level_row_make, &work);
-  *out = (EnvironmentLevels){work.pixels, ENVIRONMENT_LEVEL_PIXELS * 4};
+  *out = (EnvironmentLevels){work.pixels, floats};
   work.pixels = NULL;
 
 done:

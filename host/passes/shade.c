@@ -21,7 +21,7 @@ static Status environment_prepare(Shader *shader, Device *device, const DeviceSc
   bool harmonics =
       plan->environment_light == ENVIRONMENT_LIGHT_SH || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
   if (harmonics && scene->environment_lights)
-    TRY(environment_levels_make(&levels, scene->environment_source, log));
+    TRY(environment_levels_make(&levels, scene->environment_source, scene->least_roughness, log));
   TRY(buffer_create(&shader->environment_levels, device, levels.count * sizeof *levels.pixels, levels.pixels,
                     "environment levels", log));
   TRY(buffer_create(&shader->environment_table, device, table.count * sizeof *table.values, table.values,
@@ -80,7 +80,8 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
            ARG(streams->rays->capacity), ARG(count), ARG_BUFFER(streams->hits->hits), ARG_BUFFER(streams->hits->ids),
            ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents), ATTRIBUTE_ARGS(scene),
            ARG_BUFFER(scene->lights), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
-           ARG_BUFFER(shader->environment_table), ARG_BUFFER(shader->environment_levels), ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
+           ARG_BUFFER(shader->environment_table), ARG_BUFFER(shader->environment_levels),
+           ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
            ARG_BUFFER(streams->reflected->rays), ARG_BUFFER(streams->reflected->slots),
            ARG_BUFFER(streams->transmitted->rays), ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts)),
       log));

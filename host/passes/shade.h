@@ -9,8 +9,8 @@
 typedef struct Shader {
   Program *program;
   Kernel kernel;
-  DeviceBuffer info;    // ShadeInfo
-  DeviceBuffer counts;  // [STREAM_COUNTS]
+  DeviceBuffer info;                // ShadeInfo
+  DeviceBuffer counts;              // [STREAM_COUNTS]
   DeviceBuffer environment_table;   // shared/scene.h; empty where directions are not chosen by an image
   DeviceBuffer environment_levels;  // shared/scene.h; empty where no surface reads them
   uint32_t environment_segments;    // of shadow rays that the environment needs; if environment_open, the last is of
@@ -21,7 +21,7 @@ typedef struct Shader {
 typedef struct ShadeStreams {
   const RayStream *rays;
   const HitStream *hits;
-  const RayStream *shadow;     // LIGHTS_PER_LAUNCH segments at most, then those of the environment
+  const RayStream *shadow;  // LIGHTS_PER_LAUNCH segments at most, then those of the environment
   const RayStream *reflected, *transmitted;
   const DeviceBuffer *radiance;  // Float4 by slot
 } ShadeStreams;

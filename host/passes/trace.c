@@ -66,18 +66,20 @@ static Status trace_segment(const Kernel *kernel, bool alone, Device *device, co
       log);
 }
 
-Status trace_any(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream, uint32_t segment,
-                 uint32_t count, const DeviceBuffer *radiance, Coherence coherence, const char *sentence, Log *log)
+Status trace_any(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
+                 uint32_t segment, uint32_t count, const DeviceBuffer *radiance, Coherence coherence,
+                 const char *sentence, Log *log)
 {
   bool alone = walks_alone(tracer, coherence);
   return trace_segment(alone ? &tracer->single_any : &tracer->packet_any, alone, device, scene, stream, segment, count,
                        radiance, sentence, log);
 }
 
-Status trace_open(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream, uint32_t segment,
-                  uint32_t count, const DeviceBuffer *radiance, Coherence coherence, const char *sentence, Log *log)
+Status trace_open(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
+                  uint32_t segment, uint32_t count, const DeviceBuffer *radiance, Coherence coherence,
+                  const char *sentence, Log *log)
 {
   bool alone = walks_alone(tracer, coherence);
-  return trace_segment(alone ? &tracer->single_open : &tracer->packet_open, alone, device, scene, stream, segment, count,
-                       radiance, sentence, log);
+  return trace_segment(alone ? &tracer->single_open : &tracer->packet_open, alone, device, scene, stream, segment,
+                       count, radiance, sentence, log);
 }

@@ -22,9 +22,11 @@ Status trace_closest(const Tracer *tracer, Device *device, const DeviceScene *sc
                      Log *log);
 
 // Adds the weight of each ray of [0, count) in segment `segment` to radiance[slot] if nothing lies in 0 < t < t_max.
-Status trace_any(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream, uint32_t segment,
-                 uint32_t count, const DeviceBuffer *radiance, Coherence coherence, const char *sentence, Log *log);
+Status trace_any(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
+                 uint32_t segment, uint32_t count, const DeviceBuffer *radiance, Coherence coherence,
+                 const char *sentence, Log *log);
 
 // The same for rays that pass single-sided triangles from behind, as those of trace_closest do.
-Status trace_open(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream, uint32_t segment,
-                  uint32_t count, const DeviceBuffer *radiance, Coherence coherence, const char *sentence, Log *log);
+Status trace_open(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
+                  uint32_t segment, uint32_t count, const DeviceBuffer *radiance, Coherence coherence,
+                  const char *sentence, Log *log);

@@ -18,8 +18,8 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
 {
   EnvironmentLightMethod environment_light = environment_light_choose(settings, facts);
   float max_roughness = max_roughness_choose(settings, facts);
-  bool reflect = settings->reflections == REFLECTIONS_RAYS && settings->max_depth > 0 &&
-                 (facts->has_mirrors || max_roughness > 0);
+  bool reflect =
+      settings->reflections == REFLECTIONS_RAYS && settings->max_depth > 0 && (facts->has_mirrors || max_roughness > 0);
   return (Plan){
       .lighting = settings->lighting,
       .shadow_rays = settings->shadows == SHADOWS_RAYS && facts->light_count > 0,

@@ -32,9 +32,10 @@ typedef struct RenderSettings {
   ShadowMethod shadows;
   ReflectionMethod reflections;
   EnvironmentLightMethod environment_light;
-  uint32_t max_depth;   // reflected bounces
-  float max_roughness;  // surfaces up to it reflect; MAX_ROUGHNESS_AUTO: 1 from SAMPLED_FROM samples on, else 0; pbr alone
-  float ambient;       // phong
+  uint32_t max_depth;  // reflected bounces
+  float
+      max_roughness;  // surfaces up to it reflect; MAX_ROUGHNESS_AUTO: 1 from SAMPLED_FROM samples on, else 0; pbr alone
+  float ambient;      // phong
 } RenderSettings;
 
 // What the scene has.

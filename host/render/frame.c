@@ -149,19 +149,16 @@ static ShadeInfo shade_info(const Frame *frame, const Wave *wave, uint32_t depth
       .model = plan->lighting == LIGHTING_PHONG ? LIGHTING_MODEL_PHONG : LIGHTING_MODEL_PBR,
       .first_batch = 1,
       .cast_shadows = plan->shadow_rays,
-      .reflect = plan->reflected_rays && depth < plan->max_depth,
-      .environment_light = environment_light_of(plan->environment_light),
-      .ambient = plan->ambient,
-      .min_weight = least_weight,
-      .min_transmitted = least_transmitted,
-      .primary = depth == 0,
-      .flat_background = request->flat_background,
-      .background = {request->background[0], request->background[1], request->background[2]},
-      .max_roughness = plan->max_roughness,
-      .occlusion_radius_m = (float)(occlusion_reach * frame->scene->extent_m),
-      .environment_segment = frame->light_segments,
-      .environment_open = frame->shader.environment_segments - 1,
-      .environment_table = frame->shader.environment_table.bytes > 0,
+      .reflect = plan->reflected_rays &&
+                 depth<plan->max_depth, .environment_light = environment_light_of(plan->environment_light),
+                       .ambient = plan->ambient, .min_weight = least_weight, .min_transmitted = least_transmitted,
+                       .primary = depth == 0, .flat_background = request->flat_background,
+                       .background = {request->background[0], request->background[1], request->background[2]},
+                       .max_roughness = plan->max_roughness,
+                       .occlusion_radius_m = (float)(occlusion_reach * frame->scene->extent_m),
+                       .environment_segment = frame->light_segments,
+                       .environment_open = frame->shader.environment_segments - 1,
+                       .environment_table = frame->shader.environment_table.bytes> 0,
       .random_key = path,
       .first_tile = wave->first_tile,
       .tile_count = wave->tile_count,
@@ -173,7 +170,8 @@ static ShadeInfo shade_info(const Frame *frame, const Wave *wave, uint32_t depth
 }
 
 // Sends the environment's light along the rays that a launch has spawned for it.
-static Status environment_trace(Frame *frame, const ShadeStreams *streams, const uint32_t counts[STREAM_COUNTS], Log *log)
+static Status environment_trace(Frame *frame, const ShadeStreams *streams, const uint32_t counts[STREAM_COUNTS],
+                                Log *log)
 {
   Status status = STATUS_OK;
   bool occlusion = frame->request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO;

@@ -46,8 +46,8 @@ typedef struct Frame {
   Film film;
   RayStream streams[FRAME_STREAMS];  // rays that arrive or wait for their turn; made when first needed
   bool taken[FRAME_STREAMS];
-  RayStream no_rays;  // stands for a stream that nothing is written to
-  uint32_t capacity;  // of a stream
+  RayStream no_rays;        // stands for a stream that nothing is written to
+  uint32_t capacity;        // of a stream
   uint32_t light_segments;  // of the shadow rays; those of the environment come after them
   RayStream shadow;
   HitStream hits;

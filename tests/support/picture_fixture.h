@@ -22,8 +22,8 @@ Status picture_read_image(Image *out, const char *path);
 // What to render: the whole picture, by rays.
 typedef struct PictureRequest {
   RenderSettings settings;
-  uint32_t aovs;       // of AovName (render/picture.h)
-  uint32_t lanes;      // of picture_device
+  uint32_t aovs;   // of AovName (render/picture.h)
+  uint32_t lanes;  // of picture_device
   uint32_t seed;
   uint32_t wave_rays;  // rays in flight; 0: the device's own
 } PictureRequest;
