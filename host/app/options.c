@@ -149,6 +149,9 @@ static const Option render_options[] = {
      .help = "pbr (glTF) or phong (the 2007 system's) (pbr)"},
     {"ambient", 0, "A", option_read_float, FIELD(settings.ambient), .high = 1e6,
      .help = "ambient term of phong (0.05)"},
+    {"methods", 0, "CHOICE", option_read_word, FIELD(settings.methods), .words = WORDS("auto", "exact"),
+     .help = "exact: the most accurate method where none is named below;\nauto: that, unless samples are too few for "
+             "it (auto)"},
     {"primary", 0, "METHOD", read_primary, .words = WORDS("rays"), .help = "rays"},
     {"shadows", 0, "METHOD", option_read_word, FIELD(settings.shadows), .words = WORDS("none", "rays"),
      .help = "none or rays (rays)"},
@@ -156,12 +159,12 @@ static const Option render_options[] = {
      .help = "none or rays (rays)"},
     {"environment-light", 0, "METHOD", option_read_word, FIELD(settings.environment_light),
      .words = WORDS("auto", "none", "ambient", "sh", "sh-ao", "sampled"),
-     .help = "none, ambient, sh (harmonics), sh-ao (with ambient occlusion),\nsampled, or auto (sampled from 16 "
-             "samples on, "
-             "else sh)"},
+     .help =
+         "none, ambient, sh (harmonics), sh-ao (and ambient occlusion),\nsampled (auto: sampled from 16 samples on, "
+         "else sh)"},
     {"max-depth", 0, "N", option_read_u32, FIELD(settings.max_depth), .high = 1000, .help = "reflected bounces (8)"},
     {"max-roughness", 0, "R", option_read_float, FIELD(settings.max_roughness), .high = 1,
-     .help = "surfaces up to this roughness reflect; 0: mirrors alone (pbr,\nfrom 16 samples on: 1, else 0)"},
+     .help = "surfaces up to this roughness reflect; 0: mirrors alone\n(1 from 16 samples on, else 0; phong: 0)"},
 
     OPTION_HEADING("Machine:"),
     {"device", 0, "DEVICE", option_read_text, FIELD(device),

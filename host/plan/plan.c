@@ -1,17 +1,24 @@
 #include "plan/plan.h"
 
+// Noise is the price of samples.
+static bool samples_pay(const RenderSettings *settings)
+{
+  return settings->methods == METHODS_EXACT || settings->samples >= SAMPLED_FROM;
+}
+
 static EnvironmentLightMethod environment_light_choose(const RenderSettings *settings, const SceneFacts *facts)
 {
   if (settings->lighting != LIGHTING_PBR || !facts->environment_lights) return ENVIRONMENT_LIGHT_NONE;
   if (settings->environment_light != ENVIRONMENT_LIGHT_AUTO) return settings->environment_light;
-  return settings->samples >= SAMPLED_FROM ? ENVIRONMENT_LIGHT_SAMPLED : ENVIRONMENT_LIGHT_SH;
+  return samples_pay(settings) ? ENVIRONMENT_LIGHT_SAMPLED : ENVIRONMENT_LIGHT_SH;
 }
 
 static float max_roughness_choose(const RenderSettings *settings, const SceneFacts *facts)
 {
   float most = settings->max_roughness;
-  if (most < 0) most = settings->samples >= SAMPLED_FROM ? 1 : 0;
-  return settings->lighting == LIGHTING_PBR && facts->least_roughness <= most ? most : 0;
+  if (settings->lighting != LIGHTING_PBR) return 0;
+  if (most < 0) most = samples_pay(settings) || settings->environment_light == ENVIRONMENT_LIGHT_SAMPLED ? 1 : 0;
+  return facts->least_roughness <= most ? most : 0;
 }
 
 Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
