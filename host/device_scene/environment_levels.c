@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/parallel.h"
 #include "shared/scene.h"
@@ -23,8 +24,7 @@ typedef struct LevelsWork {
   float *pixels;
 } LevelsWork;
 
-// Radiance of the environment in its own orientation, without intensity where it is an image.
-static void gradient_row(const Environment *environment, double y, float out[3])
+static void gradient_radiance(const Environment *environment, double y, float out[3])
 {
   const float *pole = y >= 0 ? environment->zenith : environment->ground;
   for (int c = 0; c < 3; c++)
@@ -46,11 +46,12 @@ static void source_row_make(void *context, size_t index)
   const Image *image = &environment->image;
   int row = (int)index;
   float *out = work->sources[0].pixels + index * SOURCE_WIDTH * 3;
+  if (environment->kind == ENVIRONMENT_GRADIENT) {
+    gradient_radiance(environment, cos(M_PI * (row + 0.5) / SOURCE_HEIGHT), out);
+    for (int column = 1; column < SOURCE_WIDTH; column++) memcpy(out + 3 * column, out, 3 * sizeof *out);
+    return;
+  }
   for (int column = 0; column < SOURCE_WIDTH; column++, out += 3) {
-    if (environment->kind == ENVIRONMENT_GRADIENT) {
-      gradient_row(environment, cos(M_PI * (row + 0.5) / SOURCE_HEIGHT), out);
-      continue;
-    }
     uint32_t rows[2], columns[2];
     pixel_range(rows, row, SOURCE_HEIGHT, image->height);
     pixel_range(columns, column, SOURCE_WIDTH, image->width);
@@ -113,7 +114,8 @@ static RowSample row_sample(const LevelsWork *work, int i, int count, double alp
   return sample;
 }
 
-static void sample_add(float *row, int width, const RowSample *sample)
+// Adds a sample to the first `count` pixels of a row that is `width` wide.
+static void sample_add(float *row, int width, int count, const RowSample *sample)
 {
   const Source *source = sample->source;
   float y = sample->v * (float)source->height - 0.5f, top = floorf(y), down = y - top;
@@ -122,7 +124,7 @@ static void sample_add(float *row, int width, const RowSample *sample)
   const float *b = source->pixels + (size_t)second * (unsigned)source->width * 3;
   float step = (float)source->width / (float)width, upper = sample->weight * (1 - down), lower = sample->weight * down;
   float x = (0.5f / (float)width + sample->turn + 1) * (float)source->width - 0.5f;
-  for (int i = 0; i < width; i++, x += step) {
+  for (int i = 0; i < count; i++, x += step) {
     int left = (int)x;
     float across = x - (float)left;
     left &= source->width - 1;
@@ -147,14 +149,16 @@ static void level_row_make(void *context, size_t index)
   int width = ENVIRONMENT_LEVEL_WIDTH(level), height = width / 2;
   float *out = pixels + 4 * (size_t)row * (unsigned)width, sum = 0;
   double alpha = exp2(-level), theta = M_PI * (row + 0.5) / height;
-  for (int i = 0; i < 4 * width; i++) out[i] = 0;
+  int count = work->environment->kind == ENVIRONMENT_GRADIENT ? 1 : width;  // of different pixels
+  for (int i = 0; i < 4 * count; i++) out[i] = 0;
   int samples = level_samples(level);
   for (int i = 0; i < samples; i++) {
     RowSample sample = row_sample(work, i, samples, alpha, theta);
-    if (sample.weight > 0) sample_add(out, width, &sample);
+    if (sample.weight > 0) sample_add(out, width, count, &sample);
     sum += sample.weight;
   }
-  for (int i = 0; i < 4 * width; i++) out[i] /= sum;
+  for (int i = 0; i < 4 * count; i++) out[i] /= sum;
+  for (int i = count; i < width; i++) memcpy(out + 4 * i, out, 4 * sizeof *out);
 }
 
 // A surface reads the levels on both sides of its roughness; rounding may move it a little.
