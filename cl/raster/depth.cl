@@ -1,4 +1,4 @@
 // The program of the bins' way to depth maps, stage by stage.
 
-#include "raster/depth_setup.cl"
 #include "raster/depth_bins.cl"
+#include "raster/depth_setup.cl"

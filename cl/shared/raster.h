@@ -37,8 +37,8 @@ SHARED_SIZE(RasterSpan, 20);
 // Words of a triangle's record for camera visibility (cl/raster/visibility_setup.cl).
 #define VISIBLE_VERTEX 0  // 9 floats, [corner][axis]: relative to the eye; in parallel projection world space
 #define VISIBLE_ID 9
-#define VISIBLE_FLAGS 10  // TRIANGLE_*
-#define VISIBLE_NUMBER 11   // of the triangle in the blocks
+#define VISIBLE_FLAGS 10   // TRIANGLE_*
+#define VISIBLE_NUMBER 11  // of the triangle in the blocks
 #define VISIBLE_EDGE \
   12  // 3 times (x, y, constant): >= 0 where a 4 x 4 block that starts at pixel sample (x, y) may be met
 #define VISIBLE_BOUNDS 21  // floats: low x, low y, high x, high y in pixels, what rounding may add included
