@@ -68,7 +68,7 @@ static void each_format_records_how_it_was_made(void **state)
     assert_holds(path,
                  "frugal render scene.glb --size 64x48 --samples 1 --camera front --background environment "
                  "--exposure 0 --tone-map none --lighting pbr --primary auto --shadows rays --reflections rays "
-                 "--max-depth 8 --max-roughness 0 --seed 3; on ");
+                 "--environment-light none --max-depth 8 --max-roughness 0 --seed 3; on ");
   }
 }
 
@@ -114,9 +114,11 @@ static const float *pixel_of(const ImageLayer *layer, uint32_t x, uint32_t y)
 
 static void a_crop_has_the_pixels_of_the_whole_picture(void **state)
 {
-  CLI_EXPECT(0, "", "render", cli_scene(), "-o", cli_path("whole.exr"), "-s", SIZE, "-n", "4", "--aov", "depth");
-  CLI_EXPECT(0, "", "render", cli_scene(), "-o", cli_path("crop.exr"), "-s", SIZE, "-n", "4", "--aov", "depth",
-             "--crop", "13,9,30,21");
+  const char *whole_path = cli_path("whole.exr"), *crop_path = cli_path("crop.exr");
+  CLI_EXPECT(0, "", "render", cli_scene(), "-o", whole_path, "-s", SIZE, "-n", "4", "--aov", "depth", "--environment",
+             "sky", "--methods", "exact");
+  CLI_EXPECT(0, "", "render", cli_scene(), "-o", crop_path, "-s", SIZE, "-n", "4", "--aov", "depth", "--environment",
+             "sky", "--methods", "exact", "--crop", "13,9,30,21");
   static const char *const channels[] = {NULL, "depth.Z"};
   reader_start();
   for (size_t c = 0; c < 2; c++) {

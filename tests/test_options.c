@@ -59,6 +59,9 @@ static void defaults_are_those_of_the_help(void **state)
   assert_int_equal(o.settings.lighting, LIGHTING_PBR);
   assert_int_equal(o.settings.shadows, SHADOWS_RAYS);
   assert_int_equal(o.settings.reflections, REFLECTIONS_RAYS);
+  assert_int_equal(o.settings.methods, METHODS_AUTO);
+  assert_int_equal(o.settings.environment_light, ENVIRONMENT_LIGHT_AUTO);
+  assert_true(o.settings.max_roughness == MAX_ROUGHNESS_AUTO);
   assert_int_equal(o.settings.max_depth, 8);
   assert_true(o.settings.ambient == 0.05f);
   assert_true(o.exposure.ev == 0 && !o.exposure.is_auto);
@@ -97,6 +100,11 @@ static void each_option_sets_its_own_field(void **state)
   assert_int_equal(o.settings.shadows, SHADOWS_NONE);
   assert_int_equal(o.settings.reflections, REFLECTIONS_NONE);
   assert_int_equal(o.settings.max_depth, 3);
+
+  o = parsed("--methods exact --environment-light sh-ao --max-roughness 0.25");
+  assert_int_equal(o.settings.methods, METHODS_EXACT);
+  assert_int_equal(o.settings.environment_light, ENVIRONMENT_LIGHT_SH_AO);
+  assert_true(o.settings.max_roughness == 0.25f);
 
   o = parsed("--camera fit --device cpu --threads 2 --seed 7 --max-memory 2M --max-image-pixels 9");
   assert_string_equal(o.camera, "fit");
@@ -208,7 +216,8 @@ static void values_out_of_range_are_refused(void **state)
   refused("--max-memory 5MM", "--max-memory 5MM: not valid");
   refused("--threads 0", "--threads 0: not valid");
   refused("--seed 4294967296", "--seed 4294967296: not valid: expected a whole number from 0 to 4294967295");
-  refused("--max-roughness 0.5", "--max-roughness 0.5: rough reflections are not there yet");
+  refused("--max-roughness 1.5", "--max-roughness 1.5: not valid: expected a number from 0 to 1");
+  refused("--environment-light sample", "--environment-light sample: no such value: did you mean 'sampled'?");
   refused("-o a.png --bit-depth 12", "--bit-depth 12: not valid: expected 8 or 16");
   refused("-o a.jpg --quality 101", "--quality 101: not valid");
   refused("-o a.png --compression zip", "--compression zip: not one of .png: expected 0 to 9");

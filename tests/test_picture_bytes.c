@@ -14,13 +14,15 @@
 enum { ALL_AOVS = 2 * AOV_NAME_REFLECTION - 1 };
 
 // Waves of one tile, of a few tiles with some of the samples, and of the whole picture.
-static void waves_check(uint32_t lanes, LightingModel model)
+static void waves_check(uint32_t lanes, LightingModel model, EnvironmentLightMethod environment_light)
 {
   Scene scene = scene_features();
   Camera camera = scene_features_camera();
   PictureRequest request = picture_request(37, 21, 4);
   scene_set_sky(&scene);
   request.settings.lighting = model;
+  request.settings.environment_light = environment_light;
+  request.settings.max_roughness = environment_light == ENVIRONMENT_LIGHT_SAMPLED;
   request.aovs = ALL_AOVS;
   request.lanes = lanes;
   Picture whole = picture_render(&scene, &camera, &request);
@@ -38,17 +40,26 @@ static void waves_check(uint32_t lanes, LightingModel model)
 
 static void waves_of_any_size_give_the_same_bytes(void **state)
 {
-  waves_check(0, LIGHTING_PBR);
-  waves_check(8, LIGHTING_PHONG);
+  waves_check(0, LIGHTING_PBR, ENVIRONMENT_LIGHT_SH_AO);
+  waves_check(8, LIGHTING_PHONG, ENVIRONMENT_LIGHT_NONE);
 }
 
-static void waves_of_any_size_give_the_same_bytes_on_one_lane(void **state) { waves_check(1, LIGHTING_PBR); }
+static void waves_of_any_size_give_the_same_bytes_on_one_lane(void **state)
+{
+  waves_check(1, LIGHTING_PBR, ENVIRONMENT_LIGHT_SH);
+}
+
+static void waves_of_any_size_give_the_same_samples(void **state)
+{
+  waves_check(0, LIGHTING_PBR, ENVIRONMENT_LIGHT_SAMPLED);
+}
 
 int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(waves_of_any_size_give_the_same_bytes),
       cmocka_unit_test(waves_of_any_size_give_the_same_bytes_on_one_lane),
+      cmocka_unit_test(waves_of_any_size_give_the_same_samples),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }

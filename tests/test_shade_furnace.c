@@ -178,7 +178,7 @@ static void own_light_measure(float (*out)[4], const Scene *scene, uint32_t lane
   ShadeLab lab = lab_open(scene, lanes);
   for (uint32_t i = 0; i < FURNACE_MATERIALS * STEPS; i++) hits[i] = hit_seen_at(i / STEPS, cosines[i % STEPS]);
   lab_set_hits(&lab, hits, FURNACE_MATERIALS * STEPS);
-  ShadeInfo info = {.model = LIGHTING_MODEL_PBR, .first_batch = 1, .environment_lights = 1};
+  ShadeInfo info = {.model = LIGHTING_MODEL_PBR, .first_batch = 1, .environment_light = ENVIRONMENT_BY_HARMONICS};
   lab_shade(out, &lab, &info);
   lab_close(&lab);
 }
@@ -305,7 +305,7 @@ static void environment_errors(EnvironmentErrors *out, Scene *scene, int materia
   }
   ShadeLab lab = lab_open(scene, 0);
   lab_set_hits(&lab, hits, count);
-  ShadeInfo info = {.model = LIGHTING_MODEL_PBR, .first_batch = 1, .environment_lights = 1};
+  ShadeInfo info = {.model = LIGHTING_MODEL_PBR, .first_batch = 1, .environment_light = ENVIRONMENT_BY_HARMONICS};
   lab_shade(got, &lab, &info);
   lab_close(&lab);
   for (int m = 0; m < material_count; m++) out[m] = (EnvironmentErrors){0};

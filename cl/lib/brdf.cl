@@ -29,9 +29,18 @@ static inline Vec3L fresnel_schlick(Vec3L f0, FloatL cosine)
   return vec3l(f0.x + (FLOATL(1) - f0.x) * f, f0.y + (FLOATL(1) - f0.y) * f, f0.z + (FLOATL(1) - f0.z) * f);
 }
 
-// f x max(0, n.l), pbr. The GGX denominator is alpha^2 (n.h)^2 + |n x h|^2, which keeps its digits for small alpha.
-static inline Vec3L brdf_pbr(const Reflectance *r, Vec3L n, Vec3L v, Vec3L l)
+// The two terms of pbr for light from l, without n.l, and the density of l among reflections at visible normals
+// (lib/lobe.cl), 1 / sr. Both terms are for l above the surface.
+typedef struct PbrTerms {
+  Vec3L diffuse, specular;
+  FloatL specular_density;
+  FloatL nl;  // max(0, n.l)
+} PbrTerms;
+
+// The GGX denominator is alpha^2 (n.h)^2 + |n x h|^2, which keeps its digits for small alpha.
+static inline PbrTerms brdf_pbr_terms(const Reflectance *r, Vec3L n, Vec3L v, Vec3L l)
 {
+  PbrTerms terms;
   FloatL zero = FLOATL(0), one = FLOATL(1);
   Vec3L h = unit3(add3(l, v));
   Vec3L nxh = cross3(n, h);
@@ -40,14 +49,24 @@ static inline Vec3L brdf_pbr(const Reflectance *r, Vec3L n, Vec3L v, Vec3L l)
   FloatL alpha = r->roughness * r->roughness, alpha2 = max_lane(alpha * alpha, FLOATL(1e-18f));  // so that d is finite
   FloatL denominator = alpha2 * nh * nh + dot3(nxh, nxh);
   FloatL d = nh > zero ? alpha2 * FLOATL(INV_PI) / (denominator * denominator) : zero;
-  FloatL smith_v = nl * sqrt(nv * nv * (one - alpha2) + alpha2);
+  FloatL masking_v = sqrt(nv * nv * (one - alpha2) + alpha2);
+  FloatL smith_v = nl * masking_v;
   FloatL smith_l = nv * sqrt(nl * nl * (one - alpha2) + alpha2);
   FloatL specular = r->mirror ? zero : d * FLOATL(0.5f) / max_lane(smith_v + smith_l, FLOATL(1e-20f));
   Vec3L f = fresnel_schlick(r->specular, vh);
-  Vec3L sum = vec3l((one - f.x) * r->diffuse.x * FLOATL(INV_PI) + f.x * specular,
-                    (one - f.y) * r->diffuse.y * FLOATL(INV_PI) + f.y * specular,
-                    (one - f.z) * r->diffuse.z * FLOATL(INV_PI) + f.z * specular);
-  return scale3(sum, nl);
+  terms.diffuse = vec3l((one - f.x) * r->diffuse.x * FLOATL(INV_PI), (one - f.y) * r->diffuse.y * FLOATL(INV_PI),
+                        (one - f.z) * r->diffuse.z * FLOATL(INV_PI));
+  terms.specular = scale3(f, specular);
+  terms.specular_density = r->mirror ? zero : d * FLOATL(0.5f) / (nv + masking_v);
+  terms.nl = nl;
+  return terms;
+}
+
+// f x max(0, n.l), pbr.
+static inline Vec3L brdf_pbr(const Reflectance *r, Vec3L n, Vec3L v, Vec3L l)
+{
+  PbrTerms terms = brdf_pbr_terms(r, n, v, l);
+  return scale3(add3(terms.diffuse, terms.specular), terms.nl);
 }
 
 // f x max(0, n.l), phong: kd / pi + ks (n + 8) / (8 pi) (n.h)^n with n = 2 / roughness^4 - 2. The power goes through

@@ -3,40 +3,78 @@
 #include "lib/lanes.cl"
 #include "shared/scene.h"
 
-// Radiance from the unit direction of one lane. Equirectangular image: u runs from -X over -Z..., the centre is +X and
-// +Z a quarter to its right; rotation about +Y.
-static inline float3 environment_image(constant EnvironmentInfo *info, global const Float4 *pixels, float3 direction)
+// A place between texel centres: columns column and column + 1, rows row and row + 1, -1 <= row < height.
+typedef struct ImagePlace {
+  IntL column, row;
+  FloatL across, down;  // towards the second column and row, 0..1
+} ImagePlace;
+
+// Equirectangular images, u and v in [0, 1]: the centre is +X and +Z a quarter to its right; rotation about +Y.
+static inline void environment_coordinates(constant EnvironmentInfo *info, Vec3L direction, FloatL *u, FloatL *v)
 {
-  float x = info->cos_rotation * direction.x - info->sin_rotation * direction.z;
-  float z = info->sin_rotation * direction.x + info->cos_rotation * direction.z;
-  float u = atan2(z, x) * 0.15915494f + 0.5f, v = acos(clamp(direction.y, -1.0f, 1.0f)) * 0.31830989f;
-  float px = u * info->width - 0.5f, py = v * info->height - 0.5f;
-  float bx = floor(px), by = floor(py);
-  int w = (int)info->width, h = (int)info->height;
-  int x0 = ((int)bx % w + w) % w, x1 = (x0 + 1) % w;
-  int y0 = clamp((int)by, 0, h - 1), y1 = clamp((int)by + 1, 0, h - 1);
-  global const float *texels = (global const float *)pixels;
-  float4 top = mix(vload4(y0 * w + x0, texels), vload4(y0 * w + x1, texels), px - bx);
-  float4 bottom = mix(vload4(y1 * w + x0, texels), vload4(y1 * w + x1, texels), px - bx);
-  return mix(top, bottom, py - by).xyz * info->intensity;
+  FloatL turn_cos = FLOATL(info->cos_rotation), turn_sin = FLOATL(info->sin_rotation);
+  FloatL x = turn_cos * direction.x - turn_sin * direction.z, z = turn_sin * direction.x + turn_cos * direction.z;
+  FloatL y = max_lane(min_lane(direction.y, FLOATL(1)), FLOATL(-1));
+  *u = atan2(z, x) * FLOATL(0.15915494f) + FLOATL(0.5f);
+  *v = acos(y) * FLOATL(0.31830989f);
 }
 
-// Radiance from unit directions.
-static inline Vec3L environment_radiance(constant EnvironmentInfo *info, global const Float4 *pixels, Vec3L direction,
-                                         IntL mask)
+static inline ImagePlace environment_place(constant EnvironmentInfo *info, Vec3L direction)
+{
+  ImagePlace place;
+  FloatL u, v;
+  environment_coordinates(info, direction, &u, &v);
+  FloatL px = u * FLOATL((float)info->width) - FLOATL(0.5f), py = v * FLOATL((float)info->height) - FLOATL(0.5f);
+  FloatL left = floor(px), top = floor(py);
+  place.column = LANE_CONVERT_INT(left);
+  place.column = place.column < INTL(0) ? INTL((int)info->width - 1) : place.column;
+  place.row = LANE_CONVERT_INT(top);
+  place.across = px - left;
+  place.down = py - top;
+  return place;
+}
+
+// The four texels about a place, for the lanes of `mask`; others are 0. In an image of one column both columns are it.
+typedef struct ImageCorners {
+  Vec3L at[2][2];  // [row][column]
+} ImageCorners;
+
+static inline ImageCorners environment_corners(constant EnvironmentInfo *info, global const Float4 *pixels, IntL column,
+                                               IntL row, IntL mask)
+{
+  ImageCorners corners;
+  int width = (int)info->width, height = (int)info->height;
+  for (uint i = 0; i < 4; i++) corners.at[i / 2][i % 2] = vec3l(FLOATL(0), FLOATL(0), FLOATL(0));
+  for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
+    uint lane = lowest_bit(bits);
+    int x0 = LANE_INT(column, lane), x1 = x0 + 1 < width ? x0 + 1 : 0;
+    int y0 = max(LANE_INT(row, lane), 0) * width, y1 = min(LANE_INT(row, lane) + 1, height - 1) * width;
+    const int texels[4] = {y0 + x0, y0 + x1, y1 + x0, y1 + x1};
+    for (uint i = 0; i < 4; i++) {
+      float4 texel = vload4(texels[i], (global const float *)pixels);
+      LANE_FLOAT(corners.at[i / 2][i % 2].x, lane) = texel.x;
+      LANE_FLOAT(corners.at[i / 2][i % 2].y, lane) = texel.y;
+      LANE_FLOAT(corners.at[i / 2][i % 2].z, lane) = texel.z;
+    }
+  }
+  return corners;
+}
+
+static inline Vec3L mix3(Vec3L a, Vec3L b, FloatL share) { return add3(a, scale3(sub3(b, a), share)); }
+
+static inline Vec3L corners_blend(const ImageCorners *c, FloatL across, FloatL down)
+{
+  return mix3(mix3(c->at[0][0], c->at[0][1], across), mix3(c->at[1][0], c->at[1][1], across), down);
+}
+
+// Radiance from unit directions. `place` receives the place in the image, where there is one.
+static inline Vec3L environment_radiance_at(constant EnvironmentInfo *info, global const Float4 *pixels,
+                                            Vec3L direction, IntL mask, ImagePlace *place)
 {
   if (info->kind == ENVIRONMENT_KIND_IMAGE) {
-    Vec3L radiance = vec3l(FLOATL(0), FLOATL(0), FLOATL(0));
-    for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
-      uint lane = lowest_bit(bits);
-      float3 one = environment_image(
-          info, pixels,
-          (float3)(LANE_FLOAT(direction.x, lane), LANE_FLOAT(direction.y, lane), LANE_FLOAT(direction.z, lane)));
-      LANE_FLOAT(radiance.x, lane) = one.x;
-      LANE_FLOAT(radiance.y, lane) = one.y;
-      LANE_FLOAT(radiance.z, lane) = one.z;
-    }
-    return radiance;
+    *place = environment_place(info, direction);
+    ImageCorners corners = environment_corners(info, pixels, place->column, place->row, mask);
+    return scale3(corners_blend(&corners, place->across, place->down), FLOATL(info->intensity));
   }
   IntL up = direction.y >= FLOATL(0);
   FloatL f = min_lane(fabs(direction.y), FLOATL(1));
@@ -44,6 +82,13 @@ static inline Vec3L environment_radiance(constant EnvironmentInfo *info, global 
                        vec3l(FLOATL(info->ground.x), FLOATL(info->ground.y), FLOATL(info->ground.z)));
   Vec3L horizon = vec3l(FLOATL(info->horizon.x), FLOATL(info->horizon.y), FLOATL(info->horizon.z));
   return add3(horizon, scale3(sub3(pole, horizon), f));
+}
+
+static inline Vec3L environment_radiance(constant EnvironmentInfo *info, global const Float4 *pixels, Vec3L direction,
+                                         IntL mask)
+{
+  ImagePlace place;
+  return environment_radiance_at(info, pixels, direction, mask, &place);
 }
 
 // Sum of the harmonics at a unit direction, each band times its factor; never negative.
@@ -60,6 +105,13 @@ static inline FloatL harmonics_sum(constant Float3 *harmonics, uint channel, Vec
   return max_lane(first + band1 * second + band2 * third, FLOATL(0));
 }
 
+// Mean radiance over all directions.
+static inline Vec3L environment_mean(constant EnvironmentInfo *info)
+{
+  return vec3l(FLOATL(info->harmonics[0].x * 0.282095f), FLOATL(info->harmonics[0].y * 0.282095f),
+               FLOATL(info->harmonics[0].z * 0.282095f));
+}
+
 // Irradiance / pi on a surface of normal n: the cosine lobe has band factors 1, 2/3, 1/4.
 // From Ramamoorthi, Hanrahan, "An Efficient Representation for Irradiance Environment Maps", 2001.
 static inline Vec3L environment_irradiance(constant EnvironmentInfo *info, Vec3L n)
@@ -69,11 +121,46 @@ static inline Vec3L environment_irradiance(constant EnvironmentInfo *info, Vec3L
                harmonics_sum(info->harmonics, 2, n, band1, band2));
 }
 
-// Radiance about the reflected direction d, blurred by a lobe of GGX alpha: a stand-in, from nine harmonics, for the
-// sampled lobe. Band factors of a Gaussian lobe: exp(-l^2 alpha^2 / 2).
-static inline Vec3L environment_glossy(constant EnvironmentInfo *info, Vec3L d, FloatL alpha)
+// Bilinear value of an equirectangular image of one lane.
+static inline float4 image_sample(global const float *pixels, int width, int height, float u, float v)
 {
-  FloatL band1 = exp(FLOATL(-0.5f) * alpha * alpha), band2 = exp(FLOATL(-2.0f) * alpha * alpha);
-  return vec3l(harmonics_sum(info->harmonics, 0, d, band1, band2), harmonics_sum(info->harmonics, 1, d, band1, band2),
-               harmonics_sum(info->harmonics, 2, d, band1, band2));
+  float px = u * width - 0.5f, py = v * height - 0.5f, left = floor(px), top = floor(py);
+  int x0 = (int)left < 0 ? width - 1 : (int)left, x1 = x0 + 1 < width ? x0 + 1 : 0;
+  int y0 = max((int)top, 0) * width, y1 = min((int)top + 1, height - 1) * width;
+  float4 upper = mix(vload4(y0 + x0, pixels), vload4(y0 + x1, pixels), px - left);
+  return mix(upper, mix(vload4(y1 + x0, pixels), vload4(y1 + x1, pixels), px - left), py - top);
+}
+
+// Radiance about unit directions as a surface of this roughness reflects it, nothing standing before it: the images of
+// shared/scene.h, and the environment's own below the least roughness that they are made for.
+static inline Vec3L environment_prefiltered(constant EnvironmentInfo *info, global const Float4 *pixels,
+                                            global const Float4 *levels, Vec3L direction, FloatL roughness, IntL mask)
+{
+  if (info->kind == ENVIRONMENT_KIND_CONSTANT)
+    return vec3l(FLOATL(info->zenith.x), FLOATL(info->zenith.y), FLOATL(info->zenith.z));
+  Vec3L radiance = vec3l(FLOATL(0), FLOATL(0), FLOATL(0));
+  FloatL u, v;
+  bool image = info->kind == ENVIRONMENT_KIND_IMAGE;
+  environment_coordinates(info, direction, &u, &v);
+  FloatL level = max_lane(FLOATL(-2) * log2(max_lane(roughness, FLOATL(1e-6f))), FLOATL(0));
+  FloatL last = FLOATL(ENVIRONMENT_LEVELS - 1), whole = min_lane(floor(level), last);
+  FloatL share = whole < last ? level - whole : FLOATL(1) - roughness * FLOATL(1 << (ENVIRONMENT_LEVELS / 2));
+  for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
+    uint lane = lowest_bit(bits);
+    int k = (int)LANE_FLOAT(whole, lane), width = ENVIRONMENT_LEVEL_WIDTH(k);
+    float x = LANE_FLOAT(u, lane), y = LANE_FLOAT(v, lane);
+    float4 value = image_sample((global const float *)(levels + ENVIRONMENT_LEVEL_FIRST(k)), width, width / 2, x, y);
+    k++;
+    width = ENVIRONMENT_LEVEL_WIDTH(k);
+    float4 next = value;
+    if (k < ENVIRONMENT_LEVELS)
+      next = image_sample((global const float *)(levels + ENVIRONMENT_LEVEL_FIRST(k)), width, width / 2, x, y);
+    else if (image)
+      next = image_sample((global const float *)pixels, (int)info->width, (int)info->height, x, y);
+    value = mix(value, next, LANE_FLOAT(share, lane));
+    LANE_FLOAT(radiance.x, lane) = value.x;
+    LANE_FLOAT(radiance.y, lane) = value.y;
+    LANE_FLOAT(radiance.z, lane) = value.z;
+  }
+  return image ? scale3(radiance, FLOATL(info->intensity)) : radiance;
 }

@@ -24,15 +24,20 @@ static inline void hit_hold(TriangleHit *hit, FloatL t_min, const SlabAxis slab[
   hit->t = hit->doubtful ? max_lane(hit->t, enter) : hit->t;
 }
 
+// Lanes that see a single-sided triangle (flags: TRIANGLE_*) from behind. `positive_kz`: the direction's component kz
+// is positive.
+static inline IntL hit_is_open(const TriangleHit *hit, uint flags, IntL positive_kz)
+{
+  IntL back = (hit->determinant_positive != INTL(0)) != (positive_kz != INTL(0));
+  return back & INTL(flags & TRIANGLE_SINGLE_SIDED ? -1 : 0);
+}
+
 // Lanes of `lanes` in which `hit` on triangle `id` (flags: TRIANGLE_*) lies beyond t_min and beats what was closest so
-// far: the nearer wins, of equals the lower id. Back faces of single-sided triangles are open. `positive_kz`: the
-// direction's component kz is positive.
+// far: the nearer wins, of equals the lower id. Back faces of single-sided triangles are open.
 static inline IntL hit_is_closest(const TriangleHit *hit, IntL lanes, FloatL t_min, FloatL closest_t, UintL closest_id,
                                   uint id, uint flags, IntL positive_kz)
 {
-  IntL back = (hit->determinant_positive != INTL(0)) != (positive_kz != INTL(0));
-  IntL open = back & INTL(flags & TRIANGLE_SINGLE_SIDED ? -1 : 0);
-  return hit->inside & lanes & (!open) & (hit->t > t_min) &
+  return hit->inside & lanes & !hit_is_open(hit, flags, positive_kz) & (hit->t > t_min) &
          ((hit->t < closest_t) | ((hit->t == closest_t) & (UINTL(id) < closest_id)));
 }
 

@@ -33,9 +33,10 @@ static inline void stream_add_weight(global const float *rays, uint capacity, ui
   radiance[slots[ray]] += weight * share;
 }
 
-// Appends the lanes of `mask` to a stream, packed, in lane order.
-static inline void stream_append(IntL mask, Vec3L origin, Vec3L direction, FloatL t_max, Vec3L weight, UintL slot,
-                                 global float *rays, uint capacity, global uint *slots, global uint *count)
+// Appends the lanes of `mask` to a stream, packed, in lane order; `density` goes to RAY_DENSITY where `has_density`.
+static inline void stream_append_path(IntL mask, Vec3L origin, Vec3L direction, FloatL t_max, Vec3L weight, UintL slot,
+                                      bool has_density, FloatL density, global float *rays, uint capacity,
+                                      global uint *slots, global uint *count)
 {
   uint bits = lane_bits(mask);
   if (!bits) return;
@@ -48,6 +49,7 @@ static inline void stream_append(IntL mask, Vec3L origin, Vec3L direction, Float
     stream_store3(direction, rays, capacity, RAY_DIRECTION_X, at);
     LANE_STORE(t_max, rays + RAY_T_MAX * capacity, at);
     stream_store3(weight, rays, capacity, RAY_WEIGHT_R, at);
+    if (has_density) LANE_STORE(density, rays + RAY_DENSITY * capacity, at);
     LANE_STORE(slot, slots, at);
     return;
   }
@@ -64,6 +66,14 @@ static inline void stream_append(IntL mask, Vec3L origin, Vec3L direction, Float
     rays[RAY_WEIGHT_R * capacity + at] = LANE_FLOAT(weight.x, lane);
     rays[RAY_WEIGHT_G * capacity + at] = LANE_FLOAT(weight.y, lane);
     rays[RAY_WEIGHT_B * capacity + at] = LANE_FLOAT(weight.z, lane);
+    if (has_density) rays[RAY_DENSITY * capacity + at] = LANE_FLOAT(density, lane);
     slots[at] = LANE_UINT(slot, lane);
   }
+}
+
+// The same without a density.
+static inline void stream_append(IntL mask, Vec3L origin, Vec3L direction, FloatL t_max, Vec3L weight, UintL slot,
+                                 global float *rays, uint capacity, global uint *slots, global uint *count)
+{
+  stream_append_path(mask, origin, direction, t_max, weight, slot, false, FLOATL(0), rays, capacity, slots, count);
 }

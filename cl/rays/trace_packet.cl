@@ -4,8 +4,8 @@
 //         nodes     both children's boxes in the parent; triangles in the order of the leaves
 //   out   closest:  hits t, u, v and triangle id (HIT_NONE where nothing is hit), by ray index
 //         any:      adds a ray's weight to radiance[slot] where nothing lies in 0 < t < t_max, and 1 - alpha of it for
-//         each
-//                 BLEND surface that does; the stream is segment `segment` of several
+//                   each BLEND surface that does; the stream is segment `segment` of several
+//         open:     the same for rays that pass single-sided triangles from behind, as closest does
 //
 //   Pro   coherent rays (camera, shadow, mirror) share node fetches; on a GPU, with one lane, the plain two-child
 //         traversal that beats wide nodes where the cache is large.
@@ -89,25 +89,26 @@ static inline void packet_hold(TriangleHit *hit, const Packet *p, global const B
 
 // Lanes of `group` for which the hit matters.
 static inline IntL packet_accept(const Packet *p, const TriangleHit *hit, IntL group, uint id, uint flags,
-                                 IntL positive_kz, bool any_hit)
+                                 IntL positive_kz, bool any_hit, bool culls)
 {
-  return any_hit ? hit->inside & group & (hit->t > p->t_min) & (hit->t < p->t_max) & !p->occluded
-                 : hit_is_closest(hit, group, p->t_min, p->t, p->id, id, flags, positive_kz);
+  if (!any_hit) return hit_is_closest(hit, group, p->t_min, p->t, p->id, id, flags, positive_kz);
+  IntL accept = hit->inside & group & (hit->t > p->t_min) & (hit->t < p->t_max) & !p->occluded;
+  return culls ? accept & !hit_is_open(hit, flags, positive_kz) : accept;
 }
 
 // Tests the triangles of a leaf against the lanes of `group`.
 static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uint kz, IntL positive_kz,
-                               global const BvhTriangle *triangles, uint first, uint count, bool any_hit,
+                               global const BvhTriangle *triangles, uint first, uint count, bool any_hit, bool culls,
                                const AttributeSources *attributes)
 {
   for (uint i = first; i < first + count; i++) {
     uint id = triangles[i].id, flags = triangles[i].flags;
     TriangleHit hit = packet_triangle(&triangles[i], ray, kz);
-    IntL accept = packet_accept(p, &hit, group, id, flags, positive_kz, any_hit);
+    IntL accept = packet_accept(p, &hit, group, id, flags, positive_kz, any_hit, culls);
     if (!any_lane(accept)) continue;
     if (any_lane(accept & hit.doubtful)) {
       packet_hold(&hit, p, &triangles[i]);
-      accept = packet_accept(p, &hit, group, id, flags, positive_kz, any_hit);
+      accept = packet_accept(p, &hit, group, id, flags, positive_kz, any_hit, culls);
     }
     accept = hit_counts(&hit, accept, id, flags, attributes);
     if (any_hit) {
@@ -135,7 +136,8 @@ static inline FloatL packet_limit(const Packet *p, IntL group, bool any_hit)
 
 // Walks the tree with the lanes of `group`, which share `octant` (bit per axis: negative direction) and `kz`.
 static inline void packet_walk(Packet *p, IntL group, uint octant, uint kz, global const Bvh2Node *nodes,
-                               global const BvhTriangle *triangles, bool any_hit, const AttributeSources *attributes)
+                               global const BvhTriangle *triangles, bool any_hit, bool culls,
+                               const AttributeSources *attributes)
 {
   ShearedRay ray = shear_ray(p->origin, p->direction, kz);
   IntL positive_kz = component3(p->direction, kz) > FLOATL(0);
@@ -165,7 +167,7 @@ static inline void packet_walk(Packet *p, IntL group, uint octant, uint kz, glob
         continue;
       }
     } else {
-      packet_leaf(p, group, &ray, kz, positive_kz, triangles, reference & ~BVH_LEAF, count, any_hit, attributes);
+      packet_leaf(p, group, &ray, kz, positive_kz, triangles, reference & ~BVH_LEAF, count, any_hit, culls, attributes);
       if (any_hit && !any_lane(group & !p->occluded)) return;
       limit = packet_limit(p, group, any_hit);
     }
@@ -197,7 +199,7 @@ static inline Packet packet_load(global const float *rays, uint capacity, uint f
 }
 
 static inline void packet_trace(Packet *p, global const Bvh2Node *nodes, global const BvhTriangle *triangles,
-                                bool any_hit, const AttributeSources *attributes)
+                                bool any_hit, bool culls, const AttributeSources *attributes)
 {
   // The sign of the inverse, not of the direction: that of -0 counts.
   FloatL zero = FLOATL(0);
@@ -209,7 +211,7 @@ static inline void packet_trace(Packet *p, global const Bvh2Node *nodes, global 
   for (uint bits = lane_bits(waiting); bits; bits = lane_bits(waiting)) {
     uint lead = LANE_UINT(key, lowest_bit(bits));
     IntL group = waiting & (key == UINTL(lead));
-    packet_walk(p, group, lead & 7, lead >> 3, nodes, triangles, any_hit, attributes);
+    packet_walk(p, group, lead & 7, lead >> 3, nodes, triangles, any_hit, culls, attributes);
     waiting = waiting & !group;
   }
 }
@@ -225,11 +227,31 @@ kernel void trace_closest(global const Bvh2Node *nodes, global const BvhTriangle
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint first = begin; first < end; first += LANES) {
     Packet p = packet_load(rays, capacity, first, ray_count, t_min);
-    packet_trace(&p, nodes, triangles, false, &attributes);
+    packet_trace(&p, nodes, triangles, false, true, &attributes);
     LANE_STORE(p.t, hits + HIT_T * capacity, first);
     LANE_STORE(p.u, hits + HIT_U * capacity, first);
     LANE_STORE(p.v, hits + HIT_V * capacity, first);
     LANE_STORE(p.id, hit_ids, first);
+  }
+}
+
+// Any hit for the rays of one segment; `culls` is a constant.
+static inline void trace_segment(global const Bvh2Node *nodes, global const BvhTriangle *triangles,
+                                 global const float *rays, uint capacity, uint ray_count, global const uint *slots,
+                                 global float4 *radiance, bool culls, const AttributeSources *attributes)
+{
+  uint begin = get_global_id(0) * RAYS_PER_ITEM;
+  uint end = min(begin + RAYS_PER_ITEM, ray_count);
+  for (uint first = begin; first < end; first += LANES) {
+    Packet p = packet_load(rays, capacity, first, ray_count, 0);
+    packet_trace(&p, nodes, triangles, true, culls, attributes);
+    FloatL through = FLOATL(1);
+#ifdef HAS_BLEND
+    through = absorption_through(p.absorption);
+#endif
+    for (uint bits = lane_bits(!p.occluded & (p.t_max > FLOATL(0))); bits; bits &= bits - 1)
+      stream_add_weight(rays, capacity, first + lowest_bit(bits), slots, radiance,
+                        LANE_FLOAT(through, lowest_bit(bits)));
   }
 }
 
@@ -240,19 +262,17 @@ kernel void trace_any(global const Bvh2Node *nodes, global const BvhTriangle *tr
                       global const uchar4 *texels, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  rays += segment * RAY_FIELD_COUNT * capacity;
-  slots += segment * capacity;
-  uint begin = get_global_id(0) * RAYS_PER_ITEM;
-  uint end = min(begin + RAYS_PER_ITEM, ray_count);
-  for (uint first = begin; first < end; first += LANES) {
-    Packet p = packet_load(rays, capacity, first, ray_count, 0);
-    packet_trace(&p, nodes, triangles, true, &attributes);
-    FloatL through = FLOATL(1);
-#ifdef HAS_BLEND
-    through = absorption_through(p.absorption);
-#endif
-    for (uint bits = lane_bits(!p.occluded & (p.t_max > FLOATL(0))); bits; bits &= bits - 1)
-      stream_add_weight(rays, capacity, first + lowest_bit(bits), slots, radiance,
-                        LANE_FLOAT(through, lowest_bit(bits)));
-  }
+  trace_segment(nodes, triangles, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count,
+                slots + segment * capacity, radiance, false, &attributes);
+}
+
+kernel void trace_open(global const Bvh2Node *nodes, global const BvhTriangle *triangles, global const float *rays,
+                       uint capacity, uint ray_count, uint segment, global const uint *slots, global float4 *radiance,
+                       global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
+                       uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
+                       global const uchar4 *texels, constant float *linear_from_byte)
+{
+  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  trace_segment(nodes, triangles, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count,
+                slots + segment * capacity, radiance, true, &attributes);
 }

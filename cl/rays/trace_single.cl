@@ -60,7 +60,8 @@ static inline Ray ray_load(global const float *rays, uint capacity, uint index, 
 }
 
 // Tests a block; any hit: returns whether one blocks the ray; closest: keeps the nearest.
-static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_hit, const AttributeSources *attributes)
+static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_hit, bool culls,
+                             const AttributeSources *attributes)
 {
   uint kx = ray->kx, ky = ray->ky, kz = ray->kz;
   TriangleHit hit = triangle_intersect(
@@ -79,7 +80,7 @@ static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_h
   }
   accept = accept & (hit.t > hit.t_error);
   UintL flags = vload8(0, block->flags);
-  if (!any_hit)
+  if (culls)
     accept = accept &
              (((flags & UINTL(TRIANGLE_SINGLE_SIDED)) == UINTL(0)) | (hit.determinant_positive == ray->positive_kz));
   for (uint bits = lane_bits(accept); bits; bits &= bits - 1) {
@@ -111,14 +112,14 @@ static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_h
 
 // Walks the tree; returns true at once when any_hit and something blocks the ray.
 static inline bool ray_walk(Ray *ray, global const Bvh8Node *nodes, global const Bvh8Block *blocks, bool any_hit,
-                            const AttributeSources *attributes)
+                            bool culls, const AttributeSources *attributes)
 {
   uint stack_child[STACK_SIZE];
   float stack_enter[STACK_SIZE];
   uint top = 0, child = 0;
   for (;;) {
     if (child & BVH_LEAF) {
-      if (ray_block(ray, &blocks[child & ~BVH_LEAF], any_hit, attributes)) return true;
+      if (ray_block(ray, &blocks[child & ~BVH_LEAF], any_hit, culls, attributes)) return true;
     } else {
       global const Bvh8Node *node = &nodes[child];
       FloatL enter = max_lane(slab_near(&ray->slab[0], vload8(0, node->bounds[0][ray->sign[0]])), FLOATL(ray->t_min));
@@ -160,11 +161,29 @@ kernel void trace_closest(global const Bvh8Node *nodes, global const Bvh8Block *
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint i = begin; i < end; i++) {
     Ray ray = ray_load(rays, capacity, i, t_min);
-    if (ray.t > 0) ray_walk(&ray, nodes, blocks, false, &attributes);
+    if (ray.t > 0) ray_walk(&ray, nodes, blocks, false, true, &attributes);
     hits[HIT_T * capacity + i] = ray.t;
     hits[HIT_U * capacity + i] = ray.u;
     hits[HIT_V * capacity + i] = ray.v;
     hit_ids[i] = ray.id;
+  }
+}
+
+// Any hit for the rays of one segment; `culls` is a constant.
+static inline void trace_segment(global const Bvh8Node *nodes, global const Bvh8Block *blocks, global const float *rays,
+                                 uint capacity, uint ray_count, global const uint *slots, global float4 *radiance,
+                                 bool culls, const AttributeSources *attributes)
+{
+  uint begin = get_global_id(0) * RAYS_PER_ITEM;
+  uint end = min(begin + RAYS_PER_ITEM, ray_count);
+  for (uint i = begin; i < end; i++) {
+    Ray ray = ray_load(rays, capacity, i, 0);
+    if (!(ray.t > 0) || ray_walk(&ray, nodes, blocks, true, culls, attributes)) continue;
+    float through = 1;
+#ifdef HAS_BLEND
+    through = exp2(ray.absorption * (-1 / ABSORPTION_UNITS));
+#endif
+    stream_add_weight(rays, capacity, i, slots, radiance, through);
   }
 }
 
@@ -175,17 +194,17 @@ kernel void trace_any(global const Bvh8Node *nodes, global const Bvh8Block *bloc
                       global const uchar4 *texels, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  rays += segment * RAY_FIELD_COUNT * capacity;
-  slots += segment * capacity;
-  uint begin = get_global_id(0) * RAYS_PER_ITEM;
-  uint end = min(begin + RAYS_PER_ITEM, ray_count);
-  for (uint i = begin; i < end; i++) {
-    Ray ray = ray_load(rays, capacity, i, 0);
-    if (!(ray.t > 0) || ray_walk(&ray, nodes, blocks, true, &attributes)) continue;
-    float through = 1;
-#ifdef HAS_BLEND
-    through = exp2(ray.absorption * (-1 / ABSORPTION_UNITS));
-#endif
-    stream_add_weight(rays, capacity, i, slots, radiance, through);
-  }
+  trace_segment(nodes, blocks, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count,
+                slots + segment * capacity, radiance, false, &attributes);
+}
+
+kernel void trace_open(global const Bvh8Node *nodes, global const Bvh8Block *blocks, global const float *rays,
+                       uint capacity, uint ray_count, uint segment, global const uint *slots, global float4 *radiance,
+                       global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
+                       uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
+                       global const uchar4 *texels, constant float *linear_from_byte)
+{
+  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  trace_segment(nodes, blocks, rays + segment * RAY_FIELD_COUNT * capacity, capacity, ray_count,
+                slots + segment * capacity, radiance, true, &attributes);
 }

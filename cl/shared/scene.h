@@ -81,4 +81,42 @@ typedef struct EnvironmentInfo {
 } EnvironmentInfo;
 SHARED_SIZE(EnvironmentInfo, 168);
 
+// The environment as seen in rough surfaces (host/device_scene/environment_levels.h): level k for roughness 2^(-k / 2),
+// as equirectangular images like the environment's, ENVIRONMENT_LEVEL_WIDTH(k) wide and half as high, one after the
+// other. Without intensity where the environment is an image.
+#define ENVIRONMENT_LEVELS 7
+#define ENVIRONMENT_LEVEL_WIDTH(k) ((k) < 3 ? 32 : 8 << (k))
+#define ENVIRONMENT_LEVEL_FIRST(k) ((k) < 3 ? 512 * (k) : 1536 + ((1 << (2 * (k))) - 64) * 32 / 3)  // pixel
+
+// Luminance, by which directions are chosen.
+#define LUMINANCE_R 0.2126f
+#define LUMINANCE_G 0.7152f
+#define LUMINANCE_B 0.0722f
+
+// Table that chooses directions of an environment image by its luminance: floats. A cell lies between four texel
+// centres; row r of them, 0 <= r <= height, between rows r - 1 and r, the first and the last half as high as the
+// others; column c between columns c and c + 1. With R = height + 1:
+//   search tree        share of the rows before row r
+//   [R]                density, 1 / sr, of a direction in row r over its luminance (without intensity) / sin(theta)
+//   [R] search trees   share of the columns of the row before column c
+//
+// A search tree finds the last of `count` rising numbers that is not above x: the numbers themselves, padded by
+// TABLE_END to whole blocks of TABLE_BLOCK; before them every TABLE_BLOCK-th of them, padded likewise; and so on up to
+// one block, which comes first. A search reads a block a level.
+#define TABLE_BLOCK 16
+#define TABLE_END 2.0f
+#define ENVIRONMENT_TABLE_ROWS(height) ((height) + 1)
+#define TABLE_BLOCKS(count) (((count) + TABLE_BLOCK - 1) / TABLE_BLOCK)
+
+// Floats in a search tree.
+static inline uint search_tree_size(uint count)
+{
+  uint size = 0;
+  do {
+    count = TABLE_BLOCKS(count);
+    size += count * TABLE_BLOCK;
+  } while (count > 1);
+  return size;
+}
+
 #endif

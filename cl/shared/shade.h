@@ -9,27 +9,52 @@
 #define LIGHTING_MODEL_PBR 0u
 #define LIGHTING_MODEL_PHONG 1u
 
-typedef struct ShadeInfo {
-  uint model;               // LIGHTING_MODEL_*
-  uint first_light;         // of this launch's batch
-  uint light_count;         // in the batch, 0..LIGHTS_PER_LAUNCH
-  uint first_batch;         // 1: this launch adds emission, ambient and environment, and spawns reflected rays
-  uint cast_shadows;        // 0: light arrives unblocked, without shadow rays
-  uint reflect;             // 1: mirrors spawn rays; 0: they stay dark
-  uint environment_lights;  // the environment lights surfaces (pbr) and is not black
-  float ambient;            // phong
-  float min_weight;         // reflected rays below it in every channel are cut
-  float min_transmitted;    // the same for what BLEND lets through
-  uint primary;             // 1: camera rays, or what BLEND let through of them: they count as coverage
-  uint flat_background;     // 1: camera rays that miss see `background` in place of the environment
-  Float3 background;
-} ShadeInfo;
-SHARED_SIZE(ShadeInfo, 60);
+// How the environment lights surfaces, in pbr.
+#define ENVIRONMENT_BY_NOTHING 0u
+#define ENVIRONMENT_BY_HARMONICS 1u  // as if nothing stood before it
+#define ENVIRONMENT_BY_MEAN 2u       // its mean radiance, from everywhere
+#define ENVIRONMENT_BY_OCCLUSION 3u  // the harmonics' light x the share of OCCLUSION_RAYS that nothing stops
+#define ENVIRONMENT_BY_SAMPLES 4u    // lib/surface_samples.cl
 
-// Counters of the streams that a launch appends to: shadow rays by light of the batch, reflected rays, and
-// what BLEND lets through.
+#define OCCLUSION_RAYS 4
+
+// Segments of the environment's rays among the shadow rays, from ShadeInfo.environment_segment on; those of
+// ENVIRONMENT_BY_OCCLUSION are one for each of the OCCLUSION_RAYS. ShadeInfo.environment_open is one more: rays chosen
+// by the image for lobes that reflect the scene; back faces are open to them.
+#define ENVIRONMENT_RAYS_LOBE 0   // chosen as the surface reflects
+#define ENVIRONMENT_RAYS_IMAGE 1  // chosen by the image
+#define ENVIRONMENT_SEGMENTS (OCCLUSION_RAYS + 1)
+
+typedef struct ShadeInfo {
+  uint model;              // LIGHTING_MODEL_*
+  uint first_light;        // of this launch's batch
+  uint light_count;        // in the batch, 0..LIGHTS_PER_LAUNCH
+  uint first_batch;        // 1: this launch adds emission, ambient and environment, and spawns reflected rays
+  uint cast_shadows;       // 0: light arrives unblocked, without shadow rays
+  uint reflect;            // 1: mirrors spawn rays, and rough surfaces up to max_roughness; 0: they stay dark
+  uint environment_light;  // ENVIRONMENT_BY_*; pbr alone
+  float ambient;           // phong
+  float min_weight;        // reflected rays below it in every channel are cut
+  float min_transmitted;   // the same for what BLEND lets through
+  uint primary;            // 1: camera rays, or what BLEND let through of them: they count as coverage
+  uint flat_background;    // 1: camera rays that miss see `background` in place of the environment
+  Float3 background;
+  float max_roughness;  // of surfaces that reflect by samples, with HAS_LOBES
+  float occlusion_radius_m;
+  uint environment_segment;                   // first of the environment's segments of shadow rays
+  uint environment_open;                      // counted from there
+  uint environment_table;                     // 1: directions are also chosen by the image
+  uint random_key;                            // of seed and path
+  uint first_tile, tile_count, first_sample;  // of the wave
+  uint tiles_per_row, crop_x, crop_y;         // of the picture, as in CameraInfo
+} ShadeInfo;
+SHARED_SIZE(ShadeInfo, 108);
+
+// Counters of the streams that a launch appends to: shadow rays by light of the batch, reflected rays, what BLEND lets
+// through, and the environment's rays by segment.
 #define STREAM_COUNT_REFLECTED LIGHTS_PER_LAUNCH
 #define STREAM_COUNT_TRANSMITTED (LIGHTS_PER_LAUNCH + 1)
-#define STREAM_COUNTS (LIGHTS_PER_LAUNCH + 2)
+#define STREAM_COUNT_ENVIRONMENT (LIGHTS_PER_LAUNCH + 2)
+#define STREAM_COUNTS (STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_SEGMENTS)
 
 #endif

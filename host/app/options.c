@@ -92,15 +92,6 @@ static Status read_exposure(void *field, const Option *option, const char *text,
   return status;
 }
 
-static Status read_max_roughness(void *field, const Option *option, const char *text, Log *log)
-{
-  float roughness = 0;
-  Status status = option_read_float(&roughness, option, text, log);
-  if (!status && roughness > 0)
-    return log_fail(log, STATUS_USAGE, "--max-roughness %s: rough reflections are not there yet: use 0", text);
-  return status;
-}
-
 #define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
 #define FIELD(name) .field = offsetof(RenderOptions, name)
 
@@ -154,13 +145,21 @@ static const Option render_options[] = {
      .help = "ambient term of phong (0.05)"},
     {"primary", 0, "METHOD", option_read_word, FIELD(settings.primary), .words = WORDS("auto", "raster", "rays"),
      .help = "raster, rays, or auto: the quicker; all show the same (auto)"},
+    {"methods", 0, "CHOICE", option_read_word, FIELD(settings.methods), .words = WORDS("auto", "exact"),
+     .help = "exact: the most accurate method where none is named below;\nauto: that, unless samples are too few for "
+             "it (auto)"},
     {"shadows", 0, "METHOD", option_read_word, FIELD(settings.shadows), .words = WORDS("none", "rays"),
      .help = "none or rays (rays)"},
     {"reflections", 0, "METHOD", option_read_word, FIELD(settings.reflections), .words = WORDS("none", "rays"),
      .help = "none or rays (rays)"},
+    {"environment-light", 0, "METHOD", option_read_word, FIELD(settings.environment_light),
+     .words = WORDS("auto", "none", "ambient", "sh", "sh-ao", "sampled"),
+     .help =
+         "none, ambient, sh (harmonics), sh-ao (and ambient occlusion),\nsampled (auto: sampled from 16 samples on, "
+         "else sh)"},
     {"max-depth", 0, "N", option_read_u32, FIELD(settings.max_depth), .high = 1000, .help = "reflected bounces (8)"},
-    {"max-roughness", 0, "R", read_max_roughness, .high = 1,
-     .help = "reflect surfaces up to this roughness (0: mirrors alone)"},
+    {"max-roughness", 0, "R", option_read_float, FIELD(settings.max_roughness), .high = 1,
+     .help = "surfaces up to this roughness reflect; 0: mirrors alone\n(1 from 16 samples on, else 0; phong: 0)"},
 
     OPTION_HEADING("Machine:"),
     {"device", 0, "DEVICE", option_read_text, FIELD(device),
@@ -266,6 +265,7 @@ Status render_options_parse(RenderOptions *out, int argc, char **argv, Log *log)
                    .shadows = SHADOWS_RAYS,
                    .reflections = REFLECTIONS_RAYS,
                    .max_depth = 8,
+                   .max_roughness = MAX_ROUGHNESS_AUTO,
                    .ambient = 0.05f},
       .environment_intensity = 1,
       .key_light = true,

@@ -13,6 +13,7 @@ static const char *base_name(const char *path)
 }
 
 static const char *const tone_names[] = {"none", "filmic", "pbr-neutral"};
+static const char *const environment_light_names[] = {"auto", "none", "ambient", "sh", "sh-ao", "sampled"};
 
 // A word as a shell reads it.
 static void word_record(FILE *out, const char *option, const char *word)
@@ -43,7 +44,7 @@ static void environment_record(FILE *out, const RenderOptions *options)
   if (!options->key_light) fputs(" --no-key-light", out);
 }
 
-Status record_make(char **out, const RenderOptions *options, const Camera *camera, float exposure_ev,
+Status record_make(char **out, const RenderOptions *options, const Plan *plan, const Camera *camera, float exposure_ev,
                    const DeviceInfo *device, Log *log)
 {
   char *text = NULL;
@@ -67,9 +68,11 @@ Status record_make(char **out, const RenderOptions *options, const Camera *camer
     fprintf(stream, " --lighting phong --ambient %g", (double)settings->ambient);
   else
     fputs(" --lighting pbr", stream);
-  fprintf(stream, " --primary %s --shadows %s --reflections %s --max-depth %u --max-roughness 0 --seed %u",
+  fprintf(stream, " --primary %s --shadows %s --reflections %s --environment-light %s --max-depth %u",
           primary_name(settings->primary), settings->shadows == SHADOWS_RAYS ? "rays" : "none",
-          settings->reflections == REFLECTIONS_RAYS ? "rays" : "none", settings->max_depth, options->seed);
+          settings->reflections == REFLECTIONS_RAYS ? "rays" : "none", environment_light_names[plan->environment_light],
+          settings->max_depth);
+  fprintf(stream, " --max-roughness %g --seed %u", (double)plan->max_roughness, options->seed);
   fprintf(stream, "; on %s, %s, driver %s", device->name, device->platform, device->driver);
   if (fclose(stream) != 0) {
     free(text);
@@ -100,11 +103,12 @@ json_t *record_stats(const RecordSources *sources)
       json_pack("{s:I, s:I, s:I, s:I}", "triangles", (json_int_t)scene->triangle_count, "objects",
                 (json_int_t)scene->object_count, "materials", (json_int_t)scene->material_count, "lights",
                 (json_int_t)scene->light_count),
-      json_pack("{s:s, s:s, s:{s:f, s:f}, s:s, s:s, s:i, s:b}", "lighting",
+      json_pack("{s:s, s:s, s:{s:f, s:f}, s:s, s:s, s:i, s:f, s:s}", "lighting",
                 plan->lighting == LIGHTING_PHONG ? "phong" : "pbr", "primary", primary_name(plan->primary),
                 "primary_ms", "raster", plan->primary_cost.raster_ms, "rays", plan->primary_cost.rays_ms, "shadows",
                 plan->shadow_rays ? "rays" : "none", "reflections", plan->reflected_rays ? "rays" : "none", "max_depth",
-                (int)plan->max_depth, "environment_light", (int)plan->environment_light),
+                (int)plan->max_depth, "max_roughness", (double)plan->max_roughness, "environment_light",
+                environment_light_names[plan->environment_light]),
       profile_json(sources->timeline),
       json_real(sources->total_ms),
   };

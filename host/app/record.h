@@ -10,7 +10,7 @@
 // One line that reads as the options that make the picture again, whatever was left to defaults spelt out: scene and
 // environment file without their folders, the exposure that was used, what the device is. *out is freed by the caller.
 // Errors: STATUS_NO_MEMORY.
-Status record_make(char **out, const RenderOptions *options, const Camera *camera, float exposure_ev,
+Status record_make(char **out, const RenderOptions *options, const Plan *plan, const Camera *camera, float exposure_ev,
                    const DeviceInfo *device, Log *log);
 
 typedef struct RecordSources {

@@ -103,9 +103,20 @@ done:
   return status;
 }
 
-static void structure_known(void *job, const Scene *scene)
+// The images are not decoded yet: any may make a mirror or a rough surface.
+static void structure_known(void *context, const Scene *scene)
 {
-  if (((Job *)job)->warm_up) warm_up_scene(((Job *)job)->warm_up, scene);
+  Job *job = context;
+  EnvironmentChoice environment = job->options.environment.choice;
+  PictureArea area = render_area(&job->options);
+  SceneFacts facts = {.light_count = scene->light_count,
+                      .triangle_count = scene_triangle_count(scene),
+                      .pixel_count = (uint64_t)area.width * area.height,
+                      .has_mirrors = true,
+                      .environment_lights =
+                          environment == ENVIRONMENT_UNSET ? scene->light_count == 0 : environment != ENVIRONMENT_NONE};
+  Plan plan = plan_make(&job->options.settings, &facts);
+  if (job->warm_up) warm_up_scene(job->warm_up, scene, &plan);
 }
 
 static Status scene_read(Job *job)
@@ -181,6 +192,7 @@ static Status frame_prepare(Job *job)
                       .light_count = job->device_scene.light_count,
                       .has_mirrors = job->device_scene.has_mirrors,
                       .has_blends = job->device_scene.has_blends,
+                      .least_roughness = job->device_scene.least_roughness,
                       .environment_lights = job->device_scene.environment_lights};
   job->plan = plan_make(&options->settings, &facts);
   FrameRequest request = {
@@ -188,6 +200,7 @@ static Status frame_prepare(Job *job)
       .area = area,
       .samples = options->settings.samples,
       .plan = job->plan,
+      .seed = options->seed,
       .aovs = aov_set_of(options->picture.aovs),
       .flat_background = options->background.kind != BACKGROUND_ENVIRONMENT,
       .progress = progress_choose(options),
@@ -210,7 +223,8 @@ static Status picture_save(Job *job)
     TRY(picture_auto_exposure(&job->exposure_ev, &job->frame, job->log));
     log_info(job->log, "%s: --exposure %.2f, by auto", options->output_path, (double)job->exposure_ev);
   }
-  TRY(record_make(&job->record, options, &job->camera, job->exposure_ev, device_info(job->device), job->log));
+  TRY(record_make(&job->record, options, &job->plan, &job->camera, job->exposure_ev, device_info(job->device),
+                  job->log));
   const ImageAttribute attributes[] = {{"Software", "Frugal " FRUGAL_VERSION}, {"ImageDescription", job->record}};
   PictureOptions picture = options->picture;
   picture.exposure_ev = job->exposure_ev;

@@ -8,6 +8,22 @@
 #include "accel/bvh.h"
 #include "base/clock.h"
 
+// Diagonal of the root's box.
+static double bvh2_extent(const Bvh2 *bvh)
+{
+  double squared = 0;
+  if (bvh->node_count == 0) return 0;
+  for (int axis = 0; axis < 3; axis++) {
+    double low = INFINITY, high = -INFINITY;
+    for (int child = 0; child < 2; child++) {
+      low = fmin(low, bvh->nodes[0].bounds[child][axis][0]);
+      high = fmax(high, bvh->nodes[0].bounds[child][axis][1]);
+    }
+    squared += (high - low) * (high - low);
+  }
+  return isfinite(squared) ? sqrt(squared) : 0;
+}
+
 static Status bvh_upload(DeviceScene *out, Device *device, const FlatScene *flat, Timeline *timeline, Log *log)
 {
   Status status = STATUS_OK;
@@ -25,6 +41,7 @@ static Status bvh_upload(DeviceScene *out, Device *device, const FlatScene *flat
   BvhOptions options = {.max_leaf = 4, .traversal_cost = 1};
   double begin_ms = clock_ms();
   TRY(bvh2_build(&bvh2, &soup, &options, log));
+  out->extent_m = bvh2_extent(&bvh2);
   if (device_traits(device)->wide_bvh) TRY(bvh8_from_bvh2(&bvh8, &bvh2, log));
   if (timeline) timeline_end(timeline, "build the BVH", begin_ms);
 
@@ -113,6 +130,8 @@ Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, T
   device_scene_features(&made, scene);
   made.has_mirrors = flat.has_mirrors;
   made.environment_lights = flat.environment_lights;
+  made.environment_source = &scene->environment;
+  made.least_roughness = flat.least_roughness;
   *out = made;
   made = (DeviceScene){0};
 

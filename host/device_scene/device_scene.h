@@ -12,13 +12,17 @@ typedef struct DeviceScene {
   // shared/bvh.h; the wide tree is there only where device_traits()->wide_bvh
   DeviceBuffer bvh2_nodes, bvh2_triangles, bvh8_nodes, bvh8_blocks;
 
+  const Environment *environment_source;  // the host's, which must outlive this
+
   uint32_t vertex_count, triangle_count, object_count, light_count, material_count;
   bool has_textures, has_normal_maps, has_masks, has_blends, has_colors, has_mirrors;
   bool environment_lights;
+  float least_roughness;  // as in FlatScene
+  double extent_m;        // diagonal of the bounds
 } DeviceScene;
 
-// Flattens, builds the BVH and uploads; the host copies are freed. Host steps go to `timeline` when it is not NULL.
-// Errors: those of flat_scene_make, bvh2_build and buffer_create.
+// Flattens, builds the BVH and uploads; the host copies are freed, and `scene` keeps its environment. Host steps go to
+// `timeline` when it is not NULL. Errors: those of flat_scene_make, bvh2_build and buffer_create.
 Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log);
 void device_scene_free(DeviceScene *scene);
 

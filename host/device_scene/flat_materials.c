@@ -34,17 +34,23 @@ static MaterialInfo material_info(const Material *from, uint32_t uv_set_count)
   return info;
 }
 
-// Can a ray find roughness 0 on it? A texture may hold it wherever the factor lets it through.
-static bool material_can_mirror(const Material *material, const Scene *scene)
+// Can a ray find roughness 0 on it, and what is the least above that? A texture may hold 0 wherever the factor lets it
+// through, and anything up to its other texels in between.
+static void material_roughness(FlatScene *flat, const Material *material, const Scene *scene)
 {
-  if (material->unlit) return false;
-  if (material->roughness <= 0) return true;
+  if (material->unlit) return;
+  bool texels[256] = {[255] = true};
   int texture = material->metallic_roughness_slot.texture;
-  if (texture == NONE) return false;
-  const Image *image = &scene->images[scene->textures[texture].image];
-  for (size_t i = 0; i < (size_t)image->width * image->height; i++)
-    if (image->texels[4 * i + 1] == 0) return true;
-  return false;
+  if (material->roughness > 0 && texture != NONE) {
+    const Image *image = &scene->images[scene->textures[texture].image];
+    texels[255] = false;
+    for (size_t i = 0; i < (size_t)image->width * image->height; i++) texels[image->texels[4 * i + 1]] = true;
+  }
+  int least = 1;
+  while (least < 256 && !texels[least]) least++;
+  flat->has_mirrors |= material->roughness <= 0 || texels[0];
+  if (material->roughness <= 0 || least == 256) return;
+  flat->least_roughness = fminf(flat->least_roughness, texels[0] ? 0 : material->roughness * (float)least / 255);
 }
 
 static void material_mark_images(bool *used, const Material *material, const Scene *scene)
@@ -129,6 +135,7 @@ Status flat_materials_make(FlatScene *flat, const Scene *scene, Log *log)
   Status status = STATUS_OK;
   flat->material_count = scene->material_count;
   flat->light_count = scene->light_count;
+  flat->least_roughness = INFINITY;
   flat->materials = calloc(scene->material_count + 1, sizeof *flat->materials);
   flat->lights = calloc(scene->light_count + 1, sizeof *flat->lights);
   if (!flat->materials || !flat->lights) {
@@ -137,7 +144,7 @@ Status flat_materials_make(FlatScene *flat, const Scene *scene, Log *log)
   }
   for (uint32_t i = 0; i < scene->material_count; i++) {
     flat->materials[i] = material_info(&scene->materials[i], flat->uv_set_count);
-    flat->has_mirrors |= material_can_mirror(&scene->materials[i], scene);
+    material_roughness(flat, &scene->materials[i], scene);
   }
   for (uint32_t i = 0; i < scene->light_count; i++) flat->lights[i] = light_info(&scene->lights[i]);
   TRY(textures_make(flat, scene, log));

@@ -26,7 +26,8 @@ typedef struct FlatScene {
   uint32_t material_count, texture_count, light_count;
   EnvironmentInfo environment;
 
-  bool has_mirrors;         // a material can have roughness 0 and send on more than 1/255
+  bool has_mirrors;         // a material can have roughness 0
+  float least_roughness;    // of what is no mirror; INFINITY where there is nothing but mirrors
   bool environment_lights;  // the environment is not black
 } FlatScene;
 

@@ -4,7 +4,7 @@
 #include "device/device.h"
 
 typedef struct RayStream {
-  DeviceBuffer rays;   // [RAY_FIELD_COUNT][capacity] floats
+  DeviceBuffer rays;   // [fields][capacity] floats
   DeviceBuffer slots;  // [capacity]
   uint32_t capacity;   // a multiple of 64
 } RayStream;
@@ -14,9 +14,12 @@ typedef struct HitStream {
   DeviceBuffer ids;   // [capacity]
 } HitStream;
 
-// `segments` streams of `capacity` rays behind each other (one a light, for shadow rays).
+// `segments` streams of `capacity` rays behind each other (one a light, for shadow rays), of RAY_FIELD_COUNT fields.
 Status ray_stream_make(RayStream *out, Device *device, uint32_t capacity, uint32_t segments, const char *what,
                        Log *log);
+
+// A stream of RAY_PATH_FIELD_COUNT fields: of reflected rays, where there are samples of lobes.
+Status path_stream_make(RayStream *out, Device *device, uint32_t capacity, const char *what, Log *log);
 void ray_stream_free(RayStream *stream);
 Status hit_stream_make(HitStream *out, Device *device, uint32_t capacity, Log *log);
 void hit_stream_free(HitStream *stream);

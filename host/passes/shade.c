@@ -2,14 +2,46 @@
 
 #include <string.h>
 
+#include "device_scene/environment_levels.h"
+#include "device_scene/environment_table.h"
 #include "passes/scene_args.h"
 
-Status shader_make(Shader *out, Device *device, const DeviceScene *scene, Log *log)
+// What the environment's light needs besides the kernel.
+static Status environment_prepare(Shader *shader, Device *device, const DeviceScene *scene, const Plan *plan, Log *log)
+{
+  Status status = STATUS_OK;
+  EnvironmentTable table = {0};
+  EnvironmentLevels levels = {0};
+  if (plan->lobes && scene->environment_lights) TRY(environment_table_make(&table, scene->environment_source, log));
+  bool by_image = table.count > 0;
+  if (plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED) shader->environment_segments = by_image ? 2 : 1;
+  if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) shader->environment_segments = OCCLUSION_RAYS;
+  shader->environment_open = by_image && plan->max_roughness > 0;
+  shader->environment_segments += shader->environment_open;
+  bool harmonics =
+      plan->environment_light == ENVIRONMENT_LIGHT_SH || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
+  if (harmonics && scene->environment_lights)
+    TRY(environment_levels_make(&levels, scene->environment_source, scene->least_roughness, log));
+  TRY(buffer_create(&shader->environment_levels, device, levels.count * sizeof *levels.pixels, levels.pixels,
+                    "environment levels", log));
+  TRY(buffer_create(&shader->environment_table, device, table.count * sizeof *table.values, table.values,
+                    "environment table", log));
+
+done:
+  environment_table_free(&table);
+  environment_levels_free(&levels);
+  return status;
+}
+
+Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const Plan *plan, Log *log)
 {
   Status status = STATUS_OK;
   Shader shader = {0};
-  char options[128];
+  char options[256];
   device_scene_options(scene, options, sizeof options);
+  if (plan->lobes) strcat(options, "-D HAS_LOBES ");
+  if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) strcat(options, "-D HAS_OCCLUSION_RAYS ");
+  TRY(environment_prepare(&shader, device, scene, plan, log));
   TRY(program_build(&shader.program, device, "shade/shade.cl", options, log));
   TRY(program_kernel(&shader.kernel, shader.program, "shade", log));
   TRY(buffer_create(&shader.info, device, sizeof(ShadeInfo), NULL, "shading settings", log));
@@ -27,6 +59,8 @@ void shader_free(Shader *shader)
   kernel_free(&shader->kernel);
   buffer_free(&shader->info);
   buffer_free(&shader->counts);
+  buffer_free(&shader->environment_table);
+  buffer_free(&shader->environment_levels);
   *shader = (Shader){0};
 }
 
@@ -34,7 +68,8 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
              uint32_t count, const ShadeInfo *info, uint32_t counts[STREAM_COUNTS], const char *sentence, Log *log)
 {
   Status status = STATUS_OK;
-  bool spawns = (info->cast_shadows && info->light_count) || info->reflect || (info->first_batch && scene->has_blends);
+  bool spawns = (info->cast_shadows && info->light_count) || info->reflect ||
+                (info->first_batch && (scene->has_blends || shader->environment_segments > 0));
   DeviceBuffer settings = shader->info, counters = shader->counts;
   memset(counts, 0, STREAM_COUNTS * sizeof *counts);
   TRY(buffer_write(device, &settings, info, sizeof *info, log));
@@ -45,6 +80,7 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
            ARG(streams->rays->capacity), ARG(count), ARG_BUFFER(streams->hits->hits), ARG_BUFFER(streams->hits->ids),
            ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents), ATTRIBUTE_ARGS(scene),
            ARG_BUFFER(scene->lights), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
+           ARG_BUFFER(shader->environment_table), ARG_BUFFER(shader->environment_levels),
            ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
            ARG_BUFFER(streams->reflected->rays), ARG_BUFFER(streams->reflected->slots),
            ARG_BUFFER(streams->transmitted->rays), ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts)),

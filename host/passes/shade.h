@@ -9,20 +9,25 @@
 typedef struct Shader {
   Program *program;
   Kernel kernel;
-  DeviceBuffer info;    // ShadeInfo
-  DeviceBuffer counts;  // [STREAM_COUNTS]
+  DeviceBuffer info;                // ShadeInfo
+  DeviceBuffer counts;              // [STREAM_COUNTS]
+  DeviceBuffer environment_table;   // shared/scene.h; empty where directions are not chosen by an image
+  DeviceBuffer environment_levels;  // shared/scene.h; empty where no surface reads them
+  uint32_t environment_segments;    // of shadow rays that the environment needs; if environment_open, the last is of
+  bool environment_open;            // rays to which back faces are open
 } Shader;
 
 // One bounce's streams: the rays that arrived, what they hit, where what they spawn goes.
 typedef struct ShadeStreams {
   const RayStream *rays;
   const HitStream *hits;
-  const RayStream *shadow;  // LIGHTS_PER_LAUNCH segments at most
+  const RayStream *shadow;  // LIGHTS_PER_LAUNCH segments at most, then those of the environment
   const RayStream *reflected, *transmitted;
   const DeviceBuffer *radiance;  // Float4 by slot
 } ShadeStreams;
 
-Status shader_make(Shader *out, Device *device, const DeviceScene *scene, Log *log);
+// Builds the kernel with what the plan needs; the scene's host environment is read where it has to be sampled.
+Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const Plan *plan, Log *log);
 void shader_free(Shader *shader);
 
 // Shades rays [0, count) under `info` (a batch of lights) and returns how many rays were spawned, by stream.

@@ -11,10 +11,12 @@ Status tracer_make(Tracer *out, Device *device, const DeviceScene *scene, Log *l
   TRY(program_build(&tracer.packet_program, device, "rays/trace_packet.cl", options, log));
   TRY(program_kernel(&tracer.packet_closest, tracer.packet_program, "trace_closest", log));
   TRY(program_kernel(&tracer.packet_any, tracer.packet_program, "trace_any", log));
+  TRY(program_kernel(&tracer.packet_open, tracer.packet_program, "trace_open", log));
   if (device_traits(device)->wide_bvh) {
     TRY(program_build(&tracer.single_program, device, "rays/trace_single.cl", options, log));
     TRY(program_kernel(&tracer.single_closest, tracer.single_program, "trace_closest", log));
     TRY(program_kernel(&tracer.single_any, tracer.single_program, "trace_any", log));
+    TRY(program_kernel(&tracer.single_open, tracer.single_program, "trace_open", log));
   }
   *out = tracer;
   tracer = (Tracer){0};
@@ -26,8 +28,9 @@ done:
 
 void tracer_free(Tracer *tracer)
 {
-  Kernel *kernels[] = {&tracer->packet_closest, &tracer->packet_any, &tracer->single_closest, &tracer->single_any};
-  for (int i = 0; i < 4; i++) kernel_free(kernels[i]);
+  Kernel *kernels[] = {&tracer->packet_closest, &tracer->packet_any, &tracer->packet_open,
+                       &tracer->single_closest, &tracer->single_any, &tracer->single_open};
+  for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
   *tracer = (Tracer){0};
 }
 
@@ -50,16 +53,33 @@ Status trace_closest(const Tracer *tracer, Device *device, const DeviceScene *sc
       log);
 }
 
+static Status trace_segment(const Kernel *kernel, bool alone, Device *device, const DeviceScene *scene,
+                            const RayStream *stream, uint32_t segment, uint32_t count, const DeviceBuffer *radiance,
+                            const char *sentence, Log *log)
+{
+  const DeviceBuffer *nodes = alone ? &scene->bvh8_nodes : &scene->bvh2_nodes;
+  const DeviceBuffer *leaves = alone ? &scene->bvh8_blocks : &scene->bvh2_triangles;
+  return device_launch(
+      device, kernel, work_items(device, count), count, sentence,
+      ARGS(ARG_BUFFER(*nodes), ARG_BUFFER(*leaves), ARG_BUFFER(stream->rays), ARG(stream->capacity), ARG(count),
+           ARG(segment), ARG_BUFFER(stream->slots), ARG_BUFFER(*radiance), ATTRIBUTE_ARGS(scene)),
+      log);
+}
+
 Status trace_any(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
                  uint32_t segment, uint32_t count, const DeviceBuffer *radiance, Coherence coherence,
                  const char *sentence, Log *log)
 {
   bool alone = walks_alone(tracer, coherence);
-  const DeviceBuffer *nodes = alone ? &scene->bvh8_nodes : &scene->bvh2_nodes;
-  const DeviceBuffer *leaves = alone ? &scene->bvh8_blocks : &scene->bvh2_triangles;
-  return device_launch(
-      device, alone ? &tracer->single_any : &tracer->packet_any, work_items(device, count), count, sentence,
-      ARGS(ARG_BUFFER(*nodes), ARG_BUFFER(*leaves), ARG_BUFFER(stream->rays), ARG(stream->capacity), ARG(count),
-           ARG(segment), ARG_BUFFER(stream->slots), ARG_BUFFER(*radiance), ATTRIBUTE_ARGS(scene)),
-      log);
+  return trace_segment(alone ? &tracer->single_any : &tracer->packet_any, alone, device, scene, stream, segment, count,
+                       radiance, sentence, log);
+}
+
+Status trace_open(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
+                  uint32_t segment, uint32_t count, const DeviceBuffer *radiance, Coherence coherence,
+                  const char *sentence, Log *log)
+{
+  bool alone = walks_alone(tracer, coherence);
+  return trace_segment(alone ? &tracer->single_open : &tracer->packet_open, alone, device, scene, stream, segment,
+                       count, radiance, sentence, log);
 }

@@ -9,8 +9,8 @@ typedef enum Coherence { RAYS_COHERENT, RAYS_INCOHERENT } Coherence;
 
 typedef struct Tracer {
   Program *packet_program, *single_program;
-  Kernel packet_closest, packet_any;
-  Kernel single_closest, single_any;  // only where the scene has the wide tree
+  Kernel packet_closest, packet_any, packet_open;
+  Kernel single_closest, single_any, single_open;  // only where the scene has the wide tree
 } Tracer;
 
 Status tracer_make(Tracer *out, Device *device, const DeviceScene *scene, Log *log);
@@ -25,3 +25,8 @@ Status trace_closest(const Tracer *tracer, Device *device, const DeviceScene *sc
 Status trace_any(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
                  uint32_t segment, uint32_t count, const DeviceBuffer *radiance, Coherence coherence,
                  const char *sentence, Log *log);
+
+// The same for rays that pass single-sided triangles from behind, as those of trace_closest do.
+Status trace_open(const Tracer *tracer, Device *device, const DeviceScene *scene, const RayStream *stream,
+                  uint32_t segment, uint32_t count, const DeviceBuffer *radiance, Coherence coherence,
+                  const char *sentence, Log *log);

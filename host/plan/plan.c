@@ -1,18 +1,44 @@
 #include "plan/plan.h"
 
+// Noise is the price of samples.
+static bool samples_pay(const RenderSettings *settings)
+{
+  return settings->methods == METHODS_EXACT || settings->samples >= SAMPLED_FROM;
+}
+
+static EnvironmentLightMethod environment_light_choose(const RenderSettings *settings, const SceneFacts *facts)
+{
+  if (settings->lighting != LIGHTING_PBR || !facts->environment_lights) return ENVIRONMENT_LIGHT_NONE;
+  if (settings->environment_light != ENVIRONMENT_LIGHT_AUTO) return settings->environment_light;
+  return samples_pay(settings) ? ENVIRONMENT_LIGHT_SAMPLED : ENVIRONMENT_LIGHT_SH;
+}
+
+static float max_roughness_choose(const RenderSettings *settings, const SceneFacts *facts)
+{
+  float most = settings->max_roughness;
+  if (settings->lighting != LIGHTING_PBR) return 0;
+  if (most < 0) most = samples_pay(settings) || settings->environment_light == ENVIRONMENT_LIGHT_SAMPLED ? 1 : 0;
+  return facts->least_roughness <= most ? most : 0;
+}
+
 Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
 {
   PrimaryFacts primary = {facts->triangle_count, facts->pixel_count, settings->samples, facts->gpu};
   PrimaryCost cost = primary_cost(&primary);
-  bool reflect = settings->reflections == REFLECTIONS_RAYS && facts->has_mirrors && settings->max_depth > 0;
+  EnvironmentLightMethod environment_light = environment_light_choose(settings, facts);
+  float max_roughness = max_roughness_choose(settings, facts);
+  bool reflect =
+      settings->reflections == REFLECTIONS_RAYS && settings->max_depth > 0 && (facts->has_mirrors || max_roughness > 0);
   return (Plan){
       .lighting = settings->lighting,
       .primary = primary_choose(settings->primary, &cost),
       .primary_cost = cost,
       .shadow_rays = settings->shadows == SHADOWS_RAYS && facts->light_count > 0,
       .reflected_rays = reflect,
+      .lobes = environment_light == ENVIRONMENT_LIGHT_SAMPLED || (reflect && max_roughness > 0),
       .transmitted_rays = facts->has_blends,
-      .environment_light = settings->lighting == LIGHTING_PBR && facts->environment_lights,
+      .environment_light = environment_light,
+      .max_roughness = reflect ? max_roughness : 0,
       .max_depth = reflect ? settings->max_depth : 0,
       .ambient = settings->ambient,
   };

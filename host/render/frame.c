@@ -10,6 +10,9 @@ enum { COHERENT_BOUNCES = 2 };
 
 static const float least_weight = 1.0f / 255, least_transmitted = 1.0f / 65536;
 
+// Reach of ambient occlusion, as a share of the diagonal of the scene's bounds.
+static const double occlusion_reach = 0.1;
+
 static uint32_t tiles_of(const PictureArea *area)
 {
   return ((area->width + TILE_SIZE - 1) / TILE_SIZE) * ((area->height + TILE_SIZE - 1) / TILE_SIZE);
@@ -32,6 +35,12 @@ done:
   return status;
 }
 
+static Status rays_make(RayStream *out, const Frame *frame, Log *log)
+{
+  return frame->request.plan.lobes ? path_stream_make(out, frame->device, frame->capacity, "rays", log)
+                                   : ray_stream_make(out, frame->device, frame->capacity, 1, "rays", log);
+}
+
 // A stream that is not in use; `no_rays` where none is wanted.
 static Status stream_take(RayStream **out, Frame *frame, bool wanted, Log *log)
 {
@@ -44,8 +53,7 @@ static Status stream_take(RayStream **out, Frame *frame, bool wanted, Log *log)
                     "frame: over %d streams of reflected rays wait behind BLEND surfaces: lower --max-depth",
                     FRAME_STREAMS);
   RayStream *stream = &frame->streams[at];
-  Status status =
-      stream->rays.memory ? STATUS_OK : ray_stream_make(stream, frame->device, frame->capacity, 1, "rays", log);
+  Status status = stream->rays.memory ? STATUS_OK : rays_make(stream, frame, log);
   if (status) return status;
   frame->taken[at] = true;
   *out = stream;
@@ -77,19 +85,19 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   uint64_t all = (uint64_t)tiles_of(&request->area) * TILE_PIXELS * request->samples;
   frame.capacity = device_traits(device)->wave_rays;
   if (all < frame.capacity) frame.capacity = (uint32_t)all;
-  uint32_t segments = !request->plan.shadow_rays               ? 0
-                      : scene->light_count < LIGHTS_PER_LAUNCH ? scene->light_count
-                                                               : LIGHTS_PER_LAUNCH;
+  frame.light_segments = !request->plan.shadow_rays               ? 0
+                         : scene->light_count < LIGHTS_PER_LAUNCH ? scene->light_count
+                                                                  : LIGHTS_PER_LAUNCH;
   CameraInfo info = camera_info(request->camera, &request->area);
   TRY(camera_rays_make(&frame.camera, device, &info, request->samples, log));
   TRY(tracer_make(&frame.tracer, device, scene, log));
-  TRY(shader_make(&frame.shader, device, scene, log));
+  TRY(shader_make(&frame.shader, device, scene, &request->plan, log));
   TRY(film_make(&frame.film, device, scene, &info, request->aovs & AOV_SET_SURFACE, log));
   bool spawns = request->plan.reflected_rays || request->plan.transmitted_rays;
-  for (int i = 0; i < (spawns ? 2 : 1); i++)
-    TRY(ray_stream_make(&frame.streams[i], device, frame.capacity, 1, "rays", log));
+  for (int i = 0; i < (spawns ? 2 : 1); i++) TRY(rays_make(&frame.streams[i], &frame, log));
   TRY(ray_stream_make(&frame.no_rays, device, frame.capacity, 0, "rays", log));
-  TRY(ray_stream_make(&frame.shadow, device, frame.capacity, segments, "shadow rays", log));
+  TRY(ray_stream_make(&frame.shadow, device, frame.capacity, frame.light_segments + frame.shader.environment_segments,
+                      "shadow rays", log));
   TRY(hit_stream_make(&frame.hits, device, frame.capacity, log));
   TRY(buffer_create(&frame.radiance, device, (size_t)frame.capacity * sizeof(Float4), NULL, "radiance", log));
   TRY(aov_sums_make(&frame, log));
@@ -128,25 +136,73 @@ typedef struct Bounce {
   uint32_t count;
   uint32_t depth;  // reflections so far
   bool first;      // nothing was hit before
+  uint32_t path;   // hash of what happened so far: reflected, let through
 } Bounce;
 
-static ShadeInfo shade_info(const Frame *frame, uint32_t depth)
+// From Jarzynski, Olano, "Hash Functions for GPU Rendering", JCGT 2020 (pcg).
+static uint32_t hash_pcg(uint32_t x)
+{
+  uint32_t state = x * 747796405u + 2891336453u, word = ((state >> ((state >> 28) + 4)) ^ state) * 277803737u;
+  return word >> 22 ^ word;
+}
+
+static uint32_t environment_light_of(EnvironmentLightMethod method)
+{
+  switch (method) {
+    case ENVIRONMENT_LIGHT_AMBIENT: return ENVIRONMENT_BY_MEAN;
+    case ENVIRONMENT_LIGHT_SH: return ENVIRONMENT_BY_HARMONICS;
+    case ENVIRONMENT_LIGHT_SH_AO: return ENVIRONMENT_BY_OCCLUSION;
+    case ENVIRONMENT_LIGHT_SAMPLED: return ENVIRONMENT_BY_SAMPLES;
+    default: return ENVIRONMENT_BY_NOTHING;
+  }
+}
+
+static ShadeInfo shade_info(const Frame *frame, const Wave *wave, uint32_t depth, uint32_t path)
 {
   const FrameRequest *request = &frame->request;
   const Plan *plan = &request->plan;
+  const CameraInfo *camera = &frame->camera.info;
   return (ShadeInfo){
       .model = plan->lighting == LIGHTING_PHONG ? LIGHTING_MODEL_PHONG : LIGHTING_MODEL_PBR,
       .first_batch = 1,
       .cast_shadows = plan->shadow_rays,
-      .reflect = plan->reflected_rays && depth < plan->max_depth,
-      .environment_lights = plan->environment_light,
-      .ambient = plan->ambient,
-      .min_weight = least_weight,
-      .min_transmitted = least_transmitted,
-      .primary = depth == 0,
-      .flat_background = request->flat_background,
-      .background = {request->background[0], request->background[1], request->background[2]},
+      .reflect = plan->reflected_rays &&
+                 depth<plan->max_depth, .environment_light = environment_light_of(plan->environment_light),
+                       .ambient = plan->ambient, .min_weight = least_weight, .min_transmitted = least_transmitted,
+                       .primary = depth == 0, .flat_background = request->flat_background,
+                       .background = {request->background[0], request->background[1], request->background[2]},
+                       .max_roughness = plan->max_roughness,
+                       .occlusion_radius_m = (float)(occlusion_reach * frame->scene->extent_m),
+                       .environment_segment = frame->light_segments,
+                       .environment_open = frame->shader.environment_segments - 1,
+                       .environment_table = frame->shader.environment_table.bytes> 0,
+      .random_key = path,
+      .first_tile = wave->first_tile,
+      .tile_count = wave->tile_count,
+      .first_sample = wave->first_sample,
+      .tiles_per_row = camera->tiles_per_row,
+      .crop_x = camera->crop_x,
+      .crop_y = camera->crop_y,
   };
+}
+
+// Sends the environment's light along the rays that a launch has spawned for it.
+static Status environment_trace(Frame *frame, const ShadeStreams *streams, const uint32_t counts[STREAM_COUNTS],
+                                Log *log)
+{
+  Status status = STATUS_OK;
+  bool occlusion = frame->request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO;
+  uint32_t segments = frame->shader.environment_segments;
+  for (uint32_t i = 0; i < segments; i++) {
+    bool open = i + 1 == segments && frame->shader.environment_open;
+    TRY((open ? trace_open : trace_any)(&frame->tracer, frame->device, frame->scene, streams->shadow,
+                                        frame->light_segments + i, counts[STREAM_COUNT_ENVIRONMENT + i],
+                                        streams->radiance, RAYS_INCOHERENT,
+                                        occlusion ? "trace ambient occlusion" : "trace environment light", log));
+  }
+
+done:
+  return status;
 }
 
 // Shades a bounce by batches of lights, tracing each light's shadow rays in the lights' order. counts: what was
@@ -164,7 +220,10 @@ static Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t c
     for (uint32_t i = 0; i < batch.light_count; i++)
       TRY(trace_any(&frame->tracer, frame->device, frame->scene, streams->shadow, i, spawned[i], streams->radiance,
                     coherence, "trace shadow rays", log));
-    if (batch.first_batch) memcpy(counts, spawned, sizeof spawned);
+    if (batch.first_batch) {
+      memcpy(counts, spawned, sizeof spawned);
+      TRY(environment_trace(frame, streams, counts, log));
+    }
     batch.first_light += batch.light_count;
     batch.first_batch = batch.reflect = 0;
   } while (batch.first_light < lights);
@@ -178,20 +237,25 @@ static Status radiance_accumulate(Frame *frame, const Wave *wave, const DeviceBu
   return film_accumulate(&frame->film, frame->device, &frame->camera, wave, &frame->radiance, sums, log);
 }
 
-// Direct light of the first hits without shadows, and what is there without any light: the shadow AOV is the quotient
-// of what their differences lose.
+// Light of the first hits without lights, with them, and without their shadows, all of it without the environment's:
+// the shadow AOV is the quotient of the differences.
 static Status aov_shadow(Frame *frame, const ShadeStreams *streams, const Wave *wave, Log *log)
 {
   Status status = STATUS_OK;
   uint32_t unused[STREAM_COUNTS], rays = wave_rays(wave);
-  ShadeInfo info = shade_info(frame, 0);
-  info.reflect = info.cast_shadows = 0;
+  ShadeInfo info = shade_info(frame, wave, 0, 0), shadowed;
+  info.reflect = info.environment_light = info.environment_table = 0;
+  shadowed = info;
+  info.cast_shadows = 0;
   TRY(buffer_zero(frame->device, &frame->radiance, log));
   TRY(shade(&frame->shader, frame->device, frame->scene, streams, rays, &info, unused, "shade without lights", log));
   TRY(radiance_accumulate(frame, wave, &frame->own_sums, log));
   TRY(buffer_zero(frame->device, &frame->radiance, log));
   TRY(bounce_shade(frame, streams, rays, &info, RAYS_COHERENT, unused, log));
   TRY(radiance_accumulate(frame, wave, &frame->unshadowed_sums, log));
+  TRY(buffer_zero(frame->device, &frame->radiance, log));
+  TRY(bounce_shade(frame, streams, rays, &shadowed, RAYS_COHERENT, unused, log));
+  TRY(radiance_accumulate(frame, wave, &frame->lit_sums, log));
   TRY(buffer_zero(frame->device, &frame->radiance, log));
 
 done:
@@ -205,8 +269,9 @@ static Status bounce_render(Frame *frame, const Wave *wave, const Bounce *bounce
   Status status = STATUS_OK;
   Device *device = frame->device;
   const FrameRequest *request = &frame->request;
-  Coherence coherence = bounce->depth < COHERENT_BOUNCES ? RAYS_COHERENT : RAYS_INCOHERENT;
-  ShadeInfo info = shade_info(frame, bounce->depth);
+  uint32_t coherent_bounces = request->plan.max_roughness > 0 ? 1 : COHERENT_BOUNCES;
+  Coherence coherence = bounce->depth < coherent_bounces ? RAYS_COHERENT : RAYS_INCOHERENT;
+  ShadeInfo info = shade_info(frame, wave, bounce->depth, bounce->path);
   RayStream *reflected, *transmitted;
   TRY(stream_take(&reflected, frame, info.reflect, log));
   TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
@@ -226,11 +291,10 @@ static Status bounce_render(Frame *frame, const Wave *wave, const Bounce *bounce
   if (bounce->first && request->aovs & AOV_SET_SHADOW) TRY(aov_shadow(frame, &streams, wave, log));
   uint32_t counts[STREAM_COUNTS];
   TRY(bounce_shade(frame, &streams, bounce->count, &info, coherence, counts, log));
-  if (bounce->first && request->aovs & AOV_SET_SHADOW) TRY(radiance_accumulate(frame, wave, &frame->lit_sums, log));
-
   stream_give_back(frame, bounce->rays);
-  Bounce spawned[] = {{reflected, counts[STREAM_COUNT_REFLECTED], bounce->depth + 1, false},
-                      {transmitted, counts[STREAM_COUNT_TRANSMITTED], bounce->depth, false}};
+  Bounce spawned[] = {
+      {reflected, counts[STREAM_COUNT_REFLECTED], bounce->depth + 1, false, hash_pcg(bounce->path + 1)},
+      {transmitted, counts[STREAM_COUNT_TRANSMITTED], bounce->depth, false, hash_pcg(bounce->path + 2)}};
   for (int i = 0; i < 2; i++) {
     if (spawned[i].count)
       waiting[(*waiting_count)++] = spawned[i];
@@ -248,6 +312,7 @@ static Status wave_render(Frame *frame, const Wave *wave, Log *log)
 {
   Status status = STATUS_OK;
   Bounce waiting[FRAME_STREAMS], bounce = {.count = wave_rays(wave), .first = true};
+  bounce.path = hash_pcg(frame->request.seed);
   uint32_t waiting_count = 0;
   bool direct_pending = frame->request.aovs & AOV_SET_REFLECTION;
   memset(frame->taken, 0, sizeof frame->taken);

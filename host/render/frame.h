@@ -24,6 +24,7 @@ typedef struct FrameRequest {
   PictureArea area;
   uint32_t samples;
   Plan plan;
+  uint32_t seed;         // of samples of lobes and of the environment
   uint32_t aovs;         // of AovSet
   bool flat_background;  // camera rays that miss see this radiance in place of the environment
   float background[3];
@@ -48,8 +49,9 @@ typedef struct Frame {
   Film film;
   RayStream streams[FRAME_STREAMS];  // rays that arrive or wait for their turn; made when first needed
   bool taken[FRAME_STREAMS];
-  RayStream no_rays;  // stands for a stream that nothing is written to
-  uint32_t capacity;  // of a stream
+  RayStream no_rays;        // stands for a stream that nothing is written to
+  uint32_t capacity;        // of a stream
+  uint32_t light_segments;  // of the shadow rays; those of the environment come after them
   RayStream shadow;
   HitStream hits;
   DeviceBuffer radiance;                             // Float4 by slot of the wave

@@ -19,6 +19,7 @@ struct WarmUp {
   Status status;
   Device *device;
   DeviceScene features;
+  Plan plan;
 };
 
 // A frame of a scene that is empty, but for what decides which kernels it takes. Failures show again when the real
@@ -28,10 +29,7 @@ static void kernels_build(WarmUp *warm_up)
   Frame frame = {0};
   Camera camera = {
       .kind = CAMERA_PERSPECTIVE, .yfov_rad = 1, .znear_m = 1, .zfar_m = 2, .world_from_camera = mat4_identity()};
-  FrameRequest request = {.camera = &camera,
-                          .area = {8, 8, 0, 0, 8, 8},
-                          .samples = 1,
-                          .plan = {.primary = PRIMARY_RASTER}};  // should the plan be rays, no one waits for raster's
+  FrameRequest request = {.camera = &camera, .area = {8, 8, 0, 0, 8, 8}, .samples = 1, .plan = warm_up->plan};
   if (frame_make(&frame, warm_up->device, &warm_up->features, &request, &warm_up->log) == STATUS_OK) frame_free(&frame);
 }
 
@@ -68,10 +66,11 @@ Status warm_up_start(WarmUp **out, const char *choice, uint32_t threads, Timelin
   return STATUS_OK;
 }
 
-void warm_up_scene(WarmUp *warm_up, const Scene *scene)
+void warm_up_scene(WarmUp *warm_up, const Scene *scene, const Plan *plan)
 {
   pthread_mutex_lock(&warm_up->lock);
   device_scene_features(&warm_up->features, scene);
+  warm_up->plan = *plan;
   warm_up->has_scene = true;
   pthread_cond_broadcast(&warm_up->changed);
   pthread_mutex_unlock(&warm_up->lock);

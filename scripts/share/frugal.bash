@@ -21,7 +21,9 @@ _frugal_value()
     --format) _frugal_words 'png jpg exr hdr' "$2" ;;
     --tone-map) _frugal_words 'none filmic pbr-neutral' "$2" ;;
     --lighting) _frugal_words 'pbr phong' "$2" ;;
+    --methods) _frugal_words 'auto exact' "$2" ;;
     --primary) _frugal_words 'auto raster rays' "$2" ;;
+    --environment-light) _frugal_words 'auto none ambient sh sh-ao sampled' "$2" ;;
     --shadows | --reflections) _frugal_words 'none rays' "$2" ;;
     --background) _frugal_words 'environment transparent' "$2" ;;
     --exposure) _frugal_words 'auto' "$2" ;;

@@ -66,6 +66,7 @@ PictureRequest picture_request(uint32_t width, uint32_t height, uint32_t samples
                                        .samples = samples,
                                        .shadows = SHADOWS_RAYS,
                                        .reflections = REFLECTIONS_RAYS,
+                                       .environment_light = ENVIRONMENT_LIGHT_SH,
                                        .max_depth = 8,
                                        .ambient = 0.05f}};
 }
@@ -88,11 +89,13 @@ static Status picture_save(const char *path, const Scene *scene, const Camera *c
   SceneFacts facts = {.light_count = device_scene.light_count,
                       .has_mirrors = device_scene.has_mirrors,
                       .has_blends = device_scene.has_blends,
+                      .least_roughness = device_scene.least_roughness,
                       .environment_lights = device_scene.environment_lights};
   FrameRequest frame_request = {.camera = camera,
                                 .area = {settings->width, settings->height, 0, 0, settings->width, settings->height},
                                 .samples = settings->samples,
                                 .plan = plan_make(settings, &facts),
+                                .seed = request->seed,
                                 .aovs = aov_set_of(request->aovs)};
   PictureOptions options = {.aovs = request->aovs, .bit_depth = 8, .quality = 95, .compression = "none"};
   TRY(frame_make(&frame, device, &device_scene, &frame_request, &picture_log));

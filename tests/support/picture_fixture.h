@@ -22,12 +22,13 @@ Status picture_read_image(Image *out, const char *path);
 // What to render: the whole picture, by rays.
 typedef struct PictureRequest {
   RenderSettings settings;
-  uint32_t aovs;       // of AovName (render/picture.h)
-  uint32_t lanes;      // of picture_device
+  uint32_t aovs;   // of AovName (render/picture.h)
+  uint32_t lanes;  // of picture_device
+  uint32_t seed;
   uint32_t wave_rays;  // rays in flight; 0: the device's own
 } PictureRequest;
 
-// As `frugal render` without options, of this size.
+// As `frugal render` makes it of few samples: mirrors alone reflect, the environment's light is that of its harmonics.
 PictureRequest picture_request(uint32_t width, uint32_t height, uint32_t samples);
 
 enum { PICTURE_LAYERS = 24 };

@@ -23,15 +23,28 @@ static void buffer_fill(Device *device, DeviceBuffer *buffer, const void *from)
 
 ShadeLab lab_open(const Scene *scene, uint32_t lanes)
 {
+  return lab_open_planned(scene, &(Plan){.environment_light = ENVIRONMENT_LIGHT_SH}, lanes);
+}
+
+static RayStream path_stream(const ShadeLab *lab)
+{
+  RayStream stream = {0};
+  picture_assert_ok(lab->plan.lobes ? path_stream_make(&stream, lab->device, LAB_CAPACITY, "rays", &picture_log)
+                                    : ray_stream_make(&stream, lab->device, LAB_CAPACITY, 1, "rays", &picture_log));
+  return stream;
+}
+
+ShadeLab lab_open_planned(const Scene *scene, const Plan *plan, uint32_t lanes)
+{
   Log *log = &picture_log;
   *log = (Log){0};
-  ShadeLab lab = {.device = picture_device(lanes)};
+  ShadeLab lab = {.device = picture_device(lanes), .plan = *plan};
   Device *device = lab.device;
   picture_assert_ok(device_scene_make(&lab.scene, device, scene, NULL, log));
-  picture_assert_ok(shader_make(&lab.shader, device, &lab.scene, log));
-  picture_assert_ok(ray_stream_make(&lab.rays, device, LAB_CAPACITY, 1, "rays", log));
+  picture_assert_ok(shader_make(&lab.shader, device, &lab.scene, plan, log));
+  lab.rays = path_stream(&lab);
   picture_assert_ok(ray_stream_make(&lab.shadow, device, LAB_CAPACITY, LIGHTS_PER_LAUNCH, "shadow rays", log));
-  for (int i = 0; i < 2; i++) picture_assert_ok(ray_stream_make(&lab.onward[i], device, LAB_CAPACITY, 1, "rays", log));
+  for (int i = 0; i < 2; i++) lab.onward[i] = path_stream(&lab);
   picture_assert_ok(hit_stream_make(&lab.hits, device, LAB_CAPACITY, log));
   picture_assert_ok(buffer_create(&lab.radiance, device, LAB_CAPACITY * sizeof(Float4), NULL, "radiance", log));
   return lab;
@@ -49,7 +62,7 @@ void lab_close(ShadeLab *lab)
 
 void lab_set_hits(ShadeLab *lab, const LabHit *hits, uint32_t count)
 {
-  float *rays = oracle_array(LAB_CAPACITY * RAY_FIELD_COUNT, sizeof *rays);
+  float *rays = oracle_array(LAB_CAPACITY * RAY_PATH_FIELD_COUNT, sizeof *rays);
   float *found = oracle_array(LAB_CAPACITY * HIT_FIELD_COUNT, sizeof *found);
   uint32_t *ids = oracle_array(LAB_CAPACITY, sizeof *ids), *slots = oracle_array(LAB_CAPACITY, sizeof *slots);
   assert_true(count <= LAB_CAPACITY);
@@ -116,7 +129,8 @@ void lab_shade(float (*out)[4], ShadeLab *lab, const ShadeInfo *info)
 static LabRay *stream_rays(ShadeLab *lab, const RayStream *stream, uint32_t segment, uint32_t count)
 {
   size_t all = stream->slots.bytes / sizeof(uint32_t);
-  float *rays = oracle_array(all * RAY_FIELD_COUNT, sizeof *rays);
+  float *rays = oracle_array(stream->rays.bytes / sizeof(float), sizeof *rays);
+  bool has_density = stream->rays.bytes == all * RAY_PATH_FIELD_COUNT * sizeof(float);
   uint32_t *slots = oracle_array(all, sizeof *slots);
   LabRay *out = oracle_array(count, sizeof *out);
   assert_true(count <= LAB_CAPACITY);
@@ -130,6 +144,7 @@ static LabRay *stream_rays(ShadeLab *lab, const RayStream *stream, uint32_t segm
       out[i].weight[axis] = fields[(RAY_WEIGHT_R + axis) * LAB_CAPACITY + i];
     }
     out[i].t_max = fields[RAY_T_MAX * LAB_CAPACITY + i];
+    if (has_density) out[i].density = rays[RAY_DENSITY * LAB_CAPACITY + i];
     out[i].slot = slots[segment * LAB_CAPACITY + i];
     assert_true(out[i].slot < lab->count);
   }
@@ -141,6 +156,11 @@ static LabRay *stream_rays(ShadeLab *lab, const RayStream *stream, uint32_t segm
 LabRay *lab_shadow_rays(ShadeLab *lab, uint32_t light)
 {
   return stream_rays(lab, &lab->shadow, light, lab->counts[light]);
+}
+
+LabRay *lab_environment_rays(ShadeLab *lab, uint32_t segment)
+{
+  return stream_rays(lab, &lab->shadow, segment, lab->counts[STREAM_COUNT_ENVIRONMENT + segment]);
 }
 
 LabRay *lab_reflected_rays(ShadeLab *lab)

@@ -25,12 +25,14 @@ typedef struct LabHit {
 // A ray of a stream as the kernels left it.
 typedef struct LabRay {
   float origin[3], direction[3], t_max, weight[3];
+  float density;  // RAY_DENSITY; 0 in streams that have none
   uint32_t slot;
 } LabRay;
 
 typedef struct ShadeLab {
   Device *device;
   DeviceScene scene;
+  Plan plan;
   Shader shader;
   RayStream rays, shadow, onward[2];
   HitStream hits;
@@ -39,7 +41,9 @@ typedef struct ShadeLab {
   uint32_t counts[STREAM_COUNTS];  // of the last launch
 } ShadeLab;
 
+// For a plan that lights by the environment's harmonics, or another one.
 ShadeLab lab_open(const Scene *scene, uint32_t lanes);
+ShadeLab lab_open_planned(const Scene *scene, const Plan *plan, uint32_t lanes);
 void lab_close(ShadeLab *lab);
 
 // Sets the rays, at most LAB_CAPACITY. Ray i adds to slot count - 1 - i.
@@ -57,6 +61,7 @@ void lab_end(float (*out)[4], ShadeLab *lab);
 // many as `counts` says. The caller frees them.
 LabRay *lab_shadow_rays(ShadeLab *lab, uint32_t light);
 LabRay *lab_reflected_rays(ShadeLab *lab);
+LabRay *lab_environment_rays(ShadeLab *lab, uint32_t segment);  // of ENVIRONMENT_RAYS_*, where environment_segment is 0
 LabRay *lab_transmitted_rays(ShadeLab *lab);
 
 // Ray i of the slot that a LabRay adds to.

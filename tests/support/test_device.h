@@ -1,4 +1,5 @@
-// Which device the tests run on: the CPU's, at several widths; with FRUGAL_DEVICE=gpu a GPU, whose lanes are work-items.
+// Which device the tests run on: the CPU's, at several widths; with FRUGAL_DEVICE=gpu a GPU, whose lanes are
+// work-items.
 #pragma once
 
 #include <stdbool.h>
