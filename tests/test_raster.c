@@ -16,14 +16,12 @@
 #include "support/oracle_scene.h"
 #include "support/raster_fixture.h"
 #include "support/scene_build.h"
-#include "support/soup_scene.h"
 
 // Checks one view of a soup, at 1 and 4 samples, and frees the soup. Returns how many samples hit at 1.
 static uint32_t soup_check(const char *what, Soup *soup, const Camera *camera, uint32_t width, uint32_t height)
 {
-  Scene model = scene_from_soup(soup);
   RasterFixture fixture;
-  raster_fixture_make(&fixture, &model);
+  raster_fixture_of_soup(&fixture, soup);
   RasterShot shot = raster_shot(camera, width, height, 1);
   RasterHits hits = raster_assert_same(&fixture, &shot, what);
   uint32_t count = raster_hits_count(&hits);
@@ -32,8 +30,6 @@ static uint32_t soup_check(const char *what, Soup *soup, const Camera *camera, u
   hits = raster_assert_same(&fixture, &shot, what);
   raster_hits_free(&hits);
   raster_fixture_free(&fixture);
-  scene_free(&model);
-  soup_free(soup);
   return count;
 }
 
@@ -87,9 +83,8 @@ static void fan_covers_every_sample(void **state)
     soup_vertex(&soup, (float)(0.9 * cos(angle)), (float)(0.9 * sin(angle)), 0);
   }
   for (uint32_t i = 0; i < BLADES; i++) soup_triangle(&soup, middle, first + i, first + (i + 1) % BLADES);
-  Scene model = scene_from_soup(&soup);
   RasterFixture fixture;
-  raster_fixture_make(&fixture, &model);
+  raster_fixture_of_soup(&fixture, &soup);
   RasterShot shot = raster_shot(&camera, SIZE, SIZE, 1);
   RasterHits hits = raster_assert_same(&fixture, &shot, "fan");
   uint32_t inside = 0;
@@ -108,8 +103,6 @@ static void fan_covers_every_sample(void **state)
   assert_true(inside > 5000);
   raster_hits_free(&hits);
   raster_fixture_free(&fixture);
-  scene_free(&model);
-  soup_free(&soup);
 }
 
 // No ray leaves a closed mesh: from inside every sample sees it, edges and corners included.
@@ -225,9 +218,8 @@ static void waves_and_passes_change_nothing(void **state)
   Camera camera = camera_at(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
   Soup soup = {0};
   soup_random(&soup, 5000, 1.5f, 0.2f, 13);
-  Scene model = scene_from_soup(&soup);
   RasterFixture fixture;
-  raster_fixture_make(&fixture, &model);
+  raster_fixture_of_soup(&fixture, &soup);
   RasterShot shot = raster_shot(&camera, 203, 171, 3);
   RasterHits whole = raster_hits_by_rays(&fixture, &shot);
   const struct {
@@ -248,8 +240,6 @@ static void waves_and_passes_change_nothing(void **state)
   }
   raster_hits_free(&whole);
   raster_fixture_free(&fixture);
-  scene_free(&model);
-  soup_free(&soup);
 }
 
 static void crop_shows_its_part_of_the_picture(void **state)
@@ -258,9 +248,8 @@ static void crop_shows_its_part_of_the_picture(void **state)
   Camera camera = camera_at(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
   Soup soup = {0};
   soup_random(&soup, 2000, 1.5f, 0.3f, 17);
-  Scene model = scene_from_soup(&soup);
   RasterFixture fixture;
-  raster_fixture_make(&fixture, &model);
+  raster_fixture_of_soup(&fixture, &soup);
   RasterShot shot = raster_shot(&camera, WIDTH, HEIGHT, 1);
   RasterHits whole = raster_hits(&fixture, &shot, RASTER_BINS_16, NULL);
   shot.area = (PictureArea){WIDTH, HEIGHT, X, Y, 64, 48};
@@ -273,8 +262,6 @@ static void crop_shows_its_part_of_the_picture(void **state)
   raster_hits_free(&whole);
   raster_hits_free(&part);
   raster_fixture_free(&fixture);
-  scene_free(&model);
-  soup_free(&soup);
 }
 
 static void picture_of_16384_pixels_across_is_drawn_right(void **state)
@@ -291,17 +278,14 @@ static void every_pattern_of_samples_is_seen_as_rays_see_it(void **state)
   Camera camera = camera_at(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
   Soup soup = {0};
   soup_random(&soup, 20000, 1.5f, 0.02f, 23);
-  Scene model = scene_from_soup(&soup);
   RasterFixture fixture;
-  raster_fixture_make(&fixture, &model);
+  raster_fixture_of_soup(&fixture, &soup);
   for (size_t i = 0; i < sizeof samples / sizeof *samples; i++) {
     RasterShot shot = raster_shot(&camera, 70, 50, samples[i]);
     RasterHits hits = raster_assert_same(&fixture, &shot, "samples");
     raster_hits_free(&hits);
   }
   raster_fixture_free(&fixture);
-  scene_free(&model);
-  soup_free(&soup);
 }
 
 int main(void)

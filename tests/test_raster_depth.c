@@ -18,7 +18,6 @@
 #include "support/oracle_scene.h"
 #include "support/raster_fixture.h"
 #include "support/scene_build.h"
-#include "support/soup_scene.h"
 
 static const RasterOptions usual;
 
@@ -95,12 +94,9 @@ static float *maps_by_all(RasterFixture *fixture, const RasterView *views, uint3
 static float *soup_maps(Soup *soup, const RasterView *views, uint32_t view_count)
 {
   RasterFixture fixture;
-  Scene model = scene_from_soup(soup);
-  raster_fixture_make(&fixture, &model);
+  raster_fixture_of_soup(&fixture, soup);
   float *maps = maps_by_all(&fixture, views, view_count);
   raster_fixture_free(&fixture);
-  scene_free(&model);
-  soup_free(soup);
   return maps;
 }
 
@@ -288,8 +284,7 @@ static void cube_within_a_mesh_has_no_crack(void **state)
     if (mesh == 1) soup_grid(&soup, 15, low, high);
     if (mesh == 2) soup_grid(&soup, 1, low, high);
     RasterFixture fixture;
-    Scene model = scene_from_soup(&soup);
-    raster_fixture_make(&fixture, &model);
+    raster_fixture_of_soup(&fixture, &soup);
     float *maps = maps_by_all(&fixture, views, 6);
     for (int i = 0; i < 6 * CUBE * CUBE; i++)
       if (!(maps[i] < 1)) fail_msg("mesh %d: texel %d shows nothing", mesh, i);
@@ -304,8 +299,6 @@ static void cube_within_a_mesh_has_no_crack(void **state)
       free(passes);
     }
     raster_fixture_free(&fixture);
-    scene_free(&model);
-    soup_free(&soup);
     free(maps);
   }
 }
@@ -382,9 +375,8 @@ static void map_shows_what_rays_hit(void **state)
     Soup soup = {0};
     soup_random(&soup, 600, 1, 0.6f, 29);
     for (uint32_t i = 0; masked && i < soup.triangle_count; i++) soup.flags[i] = TRIANGLE_MASKED;
-    Scene model = scene_from_soup(&soup);
     RasterFixture fixture;
-    raster_fixture_make(&fixture, &model);
+    raster_fixture_of_soup(&fixture, &soup);
     float *map = maps_by_all(&fixture, &view, 1);
     RasterShot shot = raster_shot(&camera, TEXELS, TEXELS, 1);
     RasterHits hits = raster_hits_by_rays(&fixture, &shot);
@@ -405,8 +397,6 @@ static void map_shows_what_rays_hit(void **state)
     raster_hits_free(&hits);
     free(map);
     raster_fixture_free(&fixture);
-    scene_free(&model);
-    soup_free(&soup);
   }
 }
 
@@ -415,9 +405,8 @@ static void sizes_that_do_not_fit_are_refused(void **state)
   static const uint32_t sizes[] = {0, 6, 8196};
   Soup soup = {0};
   soup_random(&soup, 10, 1, 1, 1);
-  Scene model = scene_from_soup(&soup);
   RasterFixture fixture;
-  raster_fixture_make(&fixture, &model);
+  raster_fixture_of_soup(&fixture, &soup);
   for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
     RasterDepth raster;
     Log log = {0};
@@ -427,8 +416,6 @@ static void sizes_that_do_not_fit_are_refused(void **state)
     assert_non_null(strstr(log.error, "multiple of 4"));
   }
   raster_fixture_free(&fixture);
-  scene_free(&model);
-  soup_free(&soup);
 }
 
 int main(void)

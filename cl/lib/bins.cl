@@ -3,7 +3,7 @@
 // `starts` [bin_count + 2] belongs to the chunk; bin_count is the number of the list of large triangles. Counts go one
 // place up, so that after the fill list b is [starts[b], starts[b + 1]) (counting sort's usual shift).
 
-#include "lib/lanes.cl"
+#include "lib/transpose.cl"
 #include "shared/raster.h"
 
 // The bins of a view that one pass covers: columns of the whole view, rows [first_row, first_row + rows).
@@ -37,6 +37,18 @@ static inline void bins_add(global uint *starts, Bins bins, RasterSpan *span, ui
   }
   for (uint y = y0 - bins.first_row; y <= y1 - bins.first_row; y++)
     for (uint x = x0; x <= x1; x++) starts[y * bins.columns + x + 1]++;
+}
+
+// Appends the lanes of `bits` to the chunk's records and counts the bins that they touch; the words of a record are as in
+// bins_fill. `fields` is used up.
+static inline __attribute__((always_inline)) void bins_take(UintL *fields, uint words, uint range_word, uint bits,
+                                                            global uint *records, RasterSpan *span, global uint *starts,
+                                                            Bins bins)
+{
+  global uint *record = records + span->count * words;
+  records_store(fields, words, bits, record);
+  for (uint count = popcount(bits); count; count--, record += words, span->count++)
+    bins_add(starts, bins, span, record[range_word], record[range_word + 1]);
 }
 
 // Records are `words` words each, with the ranges of bins in the words `range_word` and the next.

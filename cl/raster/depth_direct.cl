@@ -11,13 +11,9 @@
 //   Depths are not below 0, so that their bits are in their order. LANES is 1. The lists hold every triangle and view
 //   of a pass: nothing overflows. Coverage and depth are those of lib/map_triangle.cl, as in depth_bins.cl.
 
+#include "lib/boxes.cl"
 #include "lib/map_triangle.cl"
 #include "shared/depth_map.h"
-
-#define ATTRIBUTE_PARAMETERS                                                                                       \
-  global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors, uint vertex_count, \
-      global const MaterialInfo *materials, global const TextureInfo *textures, global const uchar4 *texels,       \
-      constant float *linear_from_byte
 
 // What drawing takes besides the triangle.
 typedef struct Scope {
@@ -52,7 +48,7 @@ static inline void texel_draw(const WindowTriangle *t, int x, int y, int4 window
   if ((edge0 | edge1 | edge2) < 0) return;
   uint depth = as_uint(texel_depth(t, block_depth(t, x & ~3, y & ~3), x & 3, y & 3));
   global uint *texel = &map[depth_map_index((uint)(window.x + x), (uint)(window.y + y), scope->view->width)];
-  if (depth >= *texel) return;
+  if (!depth_may_fall(texel, depth)) return;
 #ifdef HAS_MASK
   global const RasterBlock *block = &scope->blocks[number / RASTER_STEP];
   uint slot = number % RASTER_STEP;
@@ -71,8 +67,8 @@ static inline int4 box_window(int first_x, int first_y, int last_x, int last_y)
 }
 
 kernel void depth_small(global const RasterBlock *blocks, uint first_triangle, uint triangle_count,
-                        constant RasterView *views, uint view_count, global uint *maps, global RasterBox *medium,
-                        global RasterBox *large, global uint *counts, ATTRIBUTE_PARAMETERS)
+                        constant RasterView *views, uint view_count, global uint *maps, BOX_PARAMETERS,
+                        ATTRIBUTE_PARAMETERS)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   uint item = get_global_id(0), number = first_triangle + item % triangle_count, view = item / triangle_count;
@@ -80,17 +76,7 @@ kernel void depth_small(global const RasterBlock *blocks, uint first_triangle, u
   Scope scope = {&views[view], blocks, &attributes};
   MapTriangle t = triangle_setup(&scope, number);
   if (t.culled) return;
-  int width = t.last_x - t.first_x + 1, height = t.last_y - t.first_y + 1;
-  if (t.clipped || width > RASTER_SMALL_PX || height > RASTER_SMALL_PX || width * height > RASTER_SMALL_PX) {
-    bool fits = !t.clipped && width <= RASTER_MEDIUM_PX && height <= RASTER_MEDIUM_PX;
-    RasterBox box = {number, view, (uint)t.first_x | (uint)t.last_x << 16, (uint)t.first_y | (uint)t.last_y << 16};
-    uint at = atomic_inc(&counts[fits ? RASTER_MEDIUM_COUNT : RASTER_LARGE_COUNT]);
-    if (fits)
-      medium[at] = box;
-    else
-      large[at] = box;
-    return;
-  }
+  if (box_list(number, view, t.first_x, t.first_y, t.last_x, t.last_y, t.clipped, medium, large, counts)) return;
   WindowTriangle in;
   int4 window = box_window(t.first_x, t.first_y, t.last_x, t.last_y);
   if (!triangle_window(&in, &t, window)) return;
@@ -135,7 +121,7 @@ kernel void depth_large(global const RasterBlock *blocks, constant RasterView *v
   local uint queue[GROUP_SIZE];
   local uint queued;
   uint tile = get_group_id(0) % (columns * columns), view = get_group_id(0) / (columns * columns);
-  uint member = get_local_id(0), count = counts[RASTER_LARGE_COUNT];
+  uint count = counts[RASTER_LARGE_COUNT];
   if (view >= view_count || count == 0) return;
   Scope scope = {&views[view], blocks, &attributes};
   uint size = scope.view->width, x0 = tile % columns * RASTER_TILE_PX, y0 = tile / columns * RASTER_TILE_PX;
@@ -143,16 +129,7 @@ kernel void depth_large(global const RasterBlock *blocks, constant RasterView *v
       (int4)((int)x0, (int)y0, (int)min(size - x0, (uint)RASTER_TILE_PX), (int)min(size - y0, (uint)RASTER_TILE_PX));
   global uint *map = maps + view * size * size;
   for (uint first = 0; first < count; first += GROUP_SIZE) {
-    if (member == 0) queued = 0;
-    barrier(CLK_LOCAL_MEM_FENCE);
-    if (first + member < count) {
-      RasterBox box = large[first + member];
-      bool meets = box.view == view && (box.x & 0xffffu) < x0 + RASTER_TILE_PX && (box.x >> 16) >= x0 &&
-                   (box.y & 0xffffu) < y0 + RASTER_TILE_PX && (box.y >> 16) >= y0;
-      if (meets) queue[atomic_inc(&queued)] = box.number;
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-    uint waiting = queued;
+    uint waiting = boxes_gather(queue, &queued, large, first, count, view, x0, y0);
     for (uint k = 0; k < waiting; k++) {
       uint number = queue[k];
       MapTriangle t = triangle_setup(&scope, number);
@@ -165,6 +142,5 @@ kernel void depth_large(global const RasterBlock *blocks, constant RasterView *v
       for (uint i = 2; i < polygon.count; i++)
         if (window_fan_triangle(&in, &polygon, i, scope.view, window)) tile_draw(&in, window, number, &scope, map);
     }
-    barrier(CLK_LOCAL_MEM_FENCE);
   }
 }

@@ -12,7 +12,6 @@
 
 #include "lib/bins.cl"
 #include "lib/map_triangle.cl"
-#include "lib/transpose.cl"
 
 // Could anything within the bounds be on the map?
 static inline bool bounds_on_map(global const RasterBounds *bounds, constant RasterView *view)
@@ -73,10 +72,7 @@ kernel void depth_setup(global const RasterBlock *blocks, global const RasterBou
         LANE_AS_UINT((t.first_y / INTL(RASTER_BIN_PX)) | (t.last_y / INTL(RASTER_BIN_PX)) << INTL(16));
     fields[DEPTH_NUMBER] = LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX);
     fields[DEPTH_FLAGS] = t.clipped ? flags | UINTL(DEPTH_CLIPPED) : flags;
-    global uint *record = records + span.count * DEPTH_WORDS;
-    records_store(fields, DEPTH_WORDS, bits, record);
-    for (uint count = popcount(bits); count; count--, record += DEPTH_WORDS, span.count++)
-      bins_add(starts, bins, &span, record[DEPTH_BINS], record[DEPTH_BINS + 1]);
+    bins_take(fields, DEPTH_WORDS, DEPTH_BINS, bits, records, &span, starts, bins);
   }
   bins_fill(starts, bins, records, DEPTH_WORDS, DEPTH_BINS, span.count, lists);
   spans[item] = span;

@@ -22,6 +22,7 @@
 
 #pragma OPENCL EXTENSION cl_khr_int64_extended_atomics : enable
 
+#include "lib/boxes.cl"
 #include "lib/camera_ray.cl"
 #include "lib/hit.cl"
 #include "lib/visible.cl"
@@ -118,24 +119,20 @@ static inline uint wave_slot(const Scope *scope, uint x, uint y, uint sample)
   return (tile - first + sample * scope->wave.tile_count) * TILE_PIXELS + tile_slot(x, y);
 }
 
+// The upper half of a key is its second word: devices are little-endian.
 static inline void sample_draw(const Triangle *t, const Scope *scope, uint x, uint y, uint sample, global ulong *keys)
 {
   uint slot = wave_slot(scope, x, y, sample);
   if (slot == HIT_NONE) return;
   ulong key = sample_key(t, scope, x, y, sample);
-  if (key < keys[slot]) atom_min(&keys[slot], key);
+  if (key == ULONG_MAX) return;
+  if (depth_may_fall((volatile global const uint *)&keys[slot] + 1, (uint)(key >> 32))) atom_min(&keys[slot], key);
 }
-
-#define ATTRIBUTE_PARAMETERS                                                                                       \
-  global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors, uint vertex_count, \
-      global const MaterialInfo *materials, global const TextureInfo *textures, global const uchar4 *texels,       \
-      constant float *linear_from_byte
 
 kernel void visibility_small(global const RasterBlock *blocks, uint first_triangle, uint triangle_count,
                              constant RasterView *view, constant CameraInfo *camera, constant Float2 *offsets,
                              uint first_tile, uint tile_count, uint first_sample, uint sample_count, float t_min,
-                             global ulong *keys, global RasterBox *medium, global RasterBox *large, global uint *counts,
-                             ATTRIBUTE_PARAMETERS)
+                             global ulong *keys, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   uint number = first_triangle + get_global_id(0);
@@ -160,18 +157,7 @@ kernel void visibility_small(global const RasterBlock *blocks, uint first_triang
       y1 = (int)floor(min(t.high_y, (float)end_row) - low_offset.y);
   x1 = min(x1, (int)view->width - 1);
   y1 = min(y1, (int)end_row - 1);
-  int width = x1 - x0 + 1, height = y1 - y0 + 1;
-  if (width <= 0 || height <= 0) return;
-  if (width > RASTER_SMALL_PX || height > RASTER_SMALL_PX || width * height > RASTER_SMALL_PX) {
-    bool fits = width <= RASTER_MEDIUM_PX && height <= RASTER_MEDIUM_PX;
-    RasterBox box = {number, 0, (uint)x0 | (uint)x1 << 16, (uint)y0 | (uint)y1 << 16};
-    uint at = atomic_inc(&counts[fits ? RASTER_MEDIUM_COUNT : RASTER_LARGE_COUNT]);
-    if (fits)
-      medium[at] = box;
-    else
-      large[at] = box;
-    return;
-  }
+  if (x0 > x1 || y0 > y1 || box_list(number, 0, x0, y0, x1, y1, false, medium, large, counts)) return;
   for (uint sample = 0; sample < sample_count; sample++)
     for (int y = y0; y <= y1; y++)
       for (int x = x0; x <= x1; x++) sample_draw(&triangle, &scope, (uint)x, (uint)y, sample, keys);
@@ -221,16 +207,7 @@ kernel void visibility_large(global const RasterBlock *blocks, constant CameraIn
     best[i] = slots[i] == HIT_NONE ? 0 : keys[slots[i]];
   }
   for (uint first = 0; first < count; first += GROUP_SIZE) {
-    if (member == 0) queued = 0;
-    barrier(CLK_LOCAL_MEM_FENCE);
-    if (first + member < count) {
-      RasterBox box = large[first + member];
-      bool meets = (box.x & 0xffffu) < x0 + RASTER_TILE_PX && (box.x >> 16) >= x0 &&
-                   (box.y & 0xffffu) < y0 + RASTER_TILE_PX && (box.y >> 16) >= y0;
-      if (meets) queue[atomic_inc(&queued)] = box.number;
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-    uint waiting = queued;
+    uint waiting = boxes_gather(queue, &queued, large, first, count, 0, x0, y0);
     for (uint k = 0; k < waiting; k++) {
       Triangle triangle = triangle_load(blocks, queue[k]);
       for (uint i = 0; i < TILE_SHARE; i++) {
@@ -240,7 +217,6 @@ kernel void visibility_large(global const RasterBlock *blocks, constant CameraIn
         best[i] = key < best[i] ? key : best[i];
       }
     }
-    barrier(CLK_LOCAL_MEM_FENCE);
   }
   for (uint i = 0; i < TILE_SHARE; i++)
     if (slots[i] != HIT_NONE) keys[slots[i]] = best[i];

@@ -11,7 +11,6 @@
 //   Each chunk has room of its own: no atomics, no scan over all, the same lists whatever the threads.
 
 #include "lib/bins.cl"
-#include "lib/transpose.cl"
 #include "lib/visible.cl"
 
 // Could anything within the bounds be in the picture's rows [low_row, high_row)?
@@ -80,10 +79,7 @@ kernel void visibility_setup(global const RasterBlock *blocks, global const Rast
     fields[VISIBLE_BINS + 1] = bins_range(t.low_y, t.high_y, first_row, first_row + rows);
     fields[VISIBLE_NUMBER] = LANE_AS_UINT(INTL((int)((first_chunk + chunk) * RASTER_CHUNK + first)) + LANE_INDEX);
     for (uint word = VISIBLE_BINS + 2; word < VISIBLE_WORDS; word++) fields[word] = UINTL(0);
-    global uint *record = records + span.count * VISIBLE_WORDS;
-    records_store(fields, VISIBLE_WORDS, bits, record);
-    for (uint count = popcount(bits); count; count--, record += VISIBLE_WORDS, span.count++)
-      bins_add(starts, bins, &span, record[VISIBLE_BINS], record[VISIBLE_BINS + 1]);
+    bins_take(fields, VISIBLE_WORDS, VISIBLE_BINS, bits, records, &span, starts, bins);
   }
   bins_fill(starts, bins, records, VISIBLE_WORDS, VISIBLE_BINS, span.count, lists);
   spans[chunk] = span;

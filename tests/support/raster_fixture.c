@@ -12,6 +12,7 @@
 #include "shared/stream.h"
 #include "support/gltf_build.h"
 #include "support/oracle_scene.h"
+#include "support/soup_scene.h"
 #include "support/test_device.h"
 
 const char *const raster_variant_names[RASTER_VARIANTS] = {"bins of 16 lanes", "bins of 8 lanes", "bins of 1 lane",
@@ -64,6 +65,14 @@ void raster_fixture_make(RasterFixture *out, const Scene *scene)
   raster_assert_ok(device_scene_make(&out->scene, device, scene, NULL, &raster_log));
   raster_assert_ok(raster_scene_make(&out->triangles, device, &out->scene, &(RasterOptions){0}, &raster_log));
   raster_assert_ok(tracer_make(&out->tracer, device, &out->scene, &raster_log));
+}
+
+void raster_fixture_of_soup(RasterFixture *out, Soup *soup)
+{
+  Scene scene = scene_from_soup(soup);
+  raster_fixture_make(out, &scene);
+  scene_free(&scene);
+  soup_free(soup);
 }
 
 void raster_fixture_free(RasterFixture *fixture)

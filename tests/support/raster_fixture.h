@@ -3,6 +3,7 @@
 
 #include "passes/raster_visibility.h"
 #include "passes/trace.h"
+#include "support/soup.h"
 
 // Every way that can run on a CPU device; the last two are what GPUs run, work-groups and all.
 typedef enum RasterVariant {
@@ -33,6 +34,7 @@ typedef struct RasterFixture {
   RasterVisibility rasters[RASTER_VARIANTS];  // made when first used
 } RasterFixture;
 void raster_fixture_make(RasterFixture *out, const Scene *scene);
+void raster_fixture_of_soup(RasterFixture *out, Soup *soup);  // and frees the soup
 void raster_fixture_free(RasterFixture *fixture);
 
 // What is looked at: `wave_tiles` tiles of one sample at a time (0: all).
