@@ -39,8 +39,8 @@ static inline void bins_add(global uint *starts, Bins bins, RasterSpan *span, ui
     for (uint x = x0; x <= x1; x++) starts[y * bins.columns + x + 1]++;
 }
 
-// Appends the lanes of `bits` to the chunk's records and counts the bins that they touch; the words of a record are as in
-// bins_fill. `fields` is used up.
+// Appends the lanes of `bits` to the chunk's records and counts the bins that they touch; the words of a record are as
+// in bins_fill. `fields` is used up.
 static inline __attribute__((always_inline)) void bins_take(UintL *fields, uint words, uint range_word, uint bits,
                                                             global uint *records, RasterSpan *span, global uint *starts,
                                                             Bins bins)

@@ -13,9 +13,9 @@
 // The lists, as kernel parameters of who fills them.
 #define BOX_PARAMETERS global RasterBox *medium, global RasterBox *large, global uint *counts
 
-// Could `bits` (of a depth) be below, or equal to, what is at `depth` now? A look that saves most atomics. It races with
-// them, harmlessly: depths only fall, and one that has fallen since costs an atomic. Checkers for races may do without
-// (-D WITHOUT_PEEKS).
+// Could `bits` (of a depth) be below, or equal to, what is at `depth` now? A look that saves most atomics. It races
+// with them, harmlessly: depths only fall, and one that has fallen since costs an atomic. Checkers for races may do
+// without (-D WITHOUT_PEEKS).
 static inline bool depth_may_fall(volatile global const uint *depth, uint bits)
 {
 #ifdef WITHOUT_PEEKS
