@@ -41,22 +41,30 @@ static inline bool box_list(uint number, uint view, int x0, int y0, int x1, int 
   return true;
 }
 
-// Numbers of the triangles among GROUP_SIZE large ones, from `first` on, whose boxes meet the work-group's tile at
-// pixel (x, y) of a view; returns how many. Every work-item of the group calls it; none writes `queue` before all have
-// read it.
+// Triangles that wait for a work-group to draw them in its tile.
+#define QUEUE_SIZE (2 * GROUP_SIZE)
+
+// Adds those of GROUP_SIZE large triangles, from `first` on, whose boxes meet the tile at pixel (x, y) of a view; returns
+// how many there are then. Every work-item of the group calls it. The caller empties the queue before it holds more than
+// GROUP_SIZE.
 static inline uint boxes_gather(local uint *queue, local uint *queued, global const RasterBox *large, uint first,
                                 uint count, uint view, uint x, uint y)
 {
-  uint member = get_local_id(0);
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (member == 0) *queued = 0;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (first + member < count) {
-    RasterBox box = large[first + member];
+  uint at = first + get_local_id(0);
+  if (at < count) {
+    RasterBox box = large[at];
     bool meets = box.view == view && (box.x & 0xffffu) < x + RASTER_TILE_PX && (box.x >> 16) >= x &&
                  (box.y & 0xffffu) < y + RASTER_TILE_PX && (box.y >> 16) >= y;
     if (meets) queue[atomic_inc(queued)] = box.number;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   return *queued;
+}
+
+// Empties it, for every work-item of the group to call before the first triangle and when all have been drawn.
+static inline void queue_clear(local uint *queued)
+{
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0) *queued = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
 }

@@ -105,6 +105,23 @@ kernel void depth_medium(global const RasterBlock *blocks, constant RasterView *
   }
 }
 
+// A triangle set up for a tile: its window, or where it must be clipped first its number alone.
+typedef struct TileTriangle {
+  WindowTriangle window;
+  uint number;
+  uint there, clipped;
+} TileTriangle;
+
+static inline TileTriangle tile_triangle(const Scope *scope, uint number, int4 window)
+{
+  TileTriangle out;
+  MapTriangle t = triangle_setup(scope, number);
+  out.number = number;
+  out.clipped = t.clipped;
+  out.there = t.clipped || triangle_window(&out.window, &t, window);
+  return out;
+}
+
 // The work-group's part of one triangle in its tile.
 static inline void tile_draw(const WindowTriangle *t, int4 window, uint number, const Scope *scope, global uint *map)
 {
@@ -113,34 +130,48 @@ static inline void tile_draw(const WindowTriangle *t, int4 window, uint number, 
     texel_draw(t, t->first_x + at % width, t->first_y + at / width, window, number, scope, map);
 }
 
+static inline void tile_draw_clipped(uint number, int4 window, const Scope *scope, global uint *map)
+{
+  WindowTriangle in;
+  MapTriangle t = triangle_setup(scope, number);
+  ClipPolygon polygon = depth_clip(scope->view, clip_corner(&t, 0, 0), clip_corner(&t, 1, 0), clip_corner(&t, 2, 0));
+  for (uint i = 2; i < polygon.count; i++)
+    if (window_fan_triangle(&in, &polygon, i, scope->view, window)) tile_draw(&in, window, number, scope, map);
+}
+
 kernel void depth_large(global const RasterBlock *blocks, constant RasterView *views, uint view_count,
                         global uint *maps, global const RasterBox *large, global const uint *counts, uint columns,
                         ATTRIBUTE_PARAMETERS)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  local uint queue[GROUP_SIZE];
+  local uint queue[QUEUE_SIZE];
   local uint queued;
+  local TileTriangle triangles[GROUP_SIZE];
   uint tile = get_group_id(0) % (columns * columns), view = get_group_id(0) / (columns * columns);
-  uint count = counts[RASTER_LARGE_COUNT];
+  uint member = get_local_id(0), count = counts[RASTER_LARGE_COUNT];
   if (view >= view_count || count == 0) return;
   Scope scope = {&views[view], blocks, &attributes};
-  uint size = scope.view->width, x0 = tile % columns * RASTER_TILE_PX, y0 = tile / columns * RASTER_TILE_PX;
+  uint size = scope.view->width, x = tile % columns * RASTER_TILE_PX, y = tile / columns * RASTER_TILE_PX;
   int4 window =
-      (int4)((int)x0, (int)y0, (int)min(size - x0, (uint)RASTER_TILE_PX), (int)min(size - y0, (uint)RASTER_TILE_PX));
+      (int4)((int)x, (int)y, (int)min(size - x, (uint)RASTER_TILE_PX), (int)min(size - y, (uint)RASTER_TILE_PX));
   global uint *map = maps + view * size * size;
+  queue_clear(&queued);
   for (uint first = 0; first < count; first += GROUP_SIZE) {
-    uint waiting = boxes_gather(queue, &queued, large, first, count, view, x0, y0);
-    for (uint k = 0; k < waiting; k++) {
-      uint number = queue[k];
-      MapTriangle t = triangle_setup(&scope, number);
-      WindowTriangle in;
-      if (!t.clipped) {
-        if (triangle_window(&in, &t, window)) tile_draw(&in, window, number, &scope, map);
-        continue;
+    uint waiting = boxes_gather(queue, &queued, large, first, count, view, x, y);
+    if (waiting <= GROUP_SIZE && first + GROUP_SIZE < count) continue;
+    for (uint done = 0; done < waiting; done += GROUP_SIZE) {
+      uint now = min(waiting - done, (uint)GROUP_SIZE);
+      if (member < now) triangles[member] = tile_triangle(&scope, queue[done + member], window);
+      barrier(CLK_LOCAL_MEM_FENCE);
+      for (uint k = 0; k < now; k++) {
+        TileTriangle t = triangles[k];
+        if (t.clipped)
+          tile_draw_clipped(t.number, window, &scope, map);
+        else if (t.there)
+          tile_draw(&t.window, window, t.number, &scope, map);
       }
-      ClipPolygon polygon = depth_clip(scope.view, clip_corner(&t, 0, 0), clip_corner(&t, 1, 0), clip_corner(&t, 2, 0));
-      for (uint i = 2; i < polygon.count; i++)
-        if (window_fan_triangle(&in, &polygon, i, scope.view, window)) tile_draw(&in, window, number, &scope, map);
+      barrier(CLK_LOCAL_MEM_FENCE);
     }
+    queue_clear(&queued);
   }
 }

@@ -58,6 +58,14 @@ static inline Triangle triangle_load(global const RasterBlock *blocks, uint numb
   return t;
 }
 
+static inline void triangle_relative(Vec3L out[3], const Triangle *t, constant RasterView *view)
+{
+  for (uint i = 0; i < 3; i++) {
+    float3 relative = t->corner[i] - vload3(0, &view->origin.x);
+    out[i] = vec3l(relative.x, relative.y, relative.z);
+  }
+}
+
 typedef struct SampleRay {
   CameraRay ray;
   ShearedRay sheared;
@@ -96,15 +104,14 @@ static inline void sample_hold(TriangleHit *hit, const SampleRay *s, const Trian
 }
 
 // The key of a triangle at a sample; all ones where it is not seen.
-static inline ulong sample_key(const Triangle *t, const Scope *scope, uint x, uint y, uint sample)
+static inline ulong sample_key(const Triangle *t, const Scope *scope, const SampleRay *s)
 {
-  SampleRay s = sample_ray(scope->camera, x, y, scope->offsets[scope->wave.first_sample + sample]);
-  TriangleHit hit = sample_intersect(&s, t);
-  IntL positive_kz = component3(s.ray.direction, s.kz) > 0;
+  TriangleHit hit = sample_intersect(s, t);
+  IntL positive_kz = component3(s->ray.direction, s->kz) > 0;
   float far_m = scope->camera->far_m;
   if (!hit_is_closest(&hit, 1, scope->t_min, far_m, HIT_NONE, t->id, t->flags, positive_kz)) return ULONG_MAX;
   if (hit.doubtful) {
-    sample_hold(&hit, &s, t, scope->t_min);
+    sample_hold(&hit, s, t, scope->t_min);
     if (!hit_is_closest(&hit, 1, scope->t_min, far_m, HIT_NONE, t->id, t->flags, positive_kz)) return ULONG_MAX;
   }
   bool seen = hit_counts(&hit, 1, t->id, t->flags, scope->attributes);
@@ -124,7 +131,8 @@ static inline void sample_draw(const Triangle *t, const Scope *scope, uint x, ui
 {
   uint slot = wave_slot(scope, x, y, sample);
   if (slot == HIT_NONE) return;
-  ulong key = sample_key(t, scope, x, y, sample);
+  SampleRay ray = sample_ray(scope->camera, x, y, scope->offsets[scope->wave.first_sample + sample]);
+  ulong key = sample_key(t, scope, &ray);
   if (key == ULONG_MAX) return;
   if (depth_may_fall((volatile global const uint *)&keys[slot] + 1, (uint)(key >> 32))) atom_min(&keys[slot], key);
 }
@@ -143,10 +151,7 @@ kernel void visibility_small(global const RasterBlock *blocks, uint first_triang
   uint first_row = first_tile / camera->tiles_per_row * TILE_SIZE;
   uint end_row = min(((first_tile + tile_count - 1) / camera->tiles_per_row + 1) * TILE_SIZE, camera->height);
   Vec3L a[3];
-  for (uint i = 0; i < 3; i++) {
-    float3 relative = triangle.corner[i] - vload3(0, &view->origin.x);
-    a[i] = vec3l(relative.x, relative.y, relative.z);
-  }
+  triangle_relative(a, &triangle, view);
   VisibleTriangle t = visible_setup(view, a, triangle.flags, 0);
   if (t.culled || !visible_samples(&t, view, first_row, end_row, offsets + first_sample, sample_count)) return;
   float2 low_offset = (float2)(0, 0), high_offset = (float2)(1, 1);
@@ -185,41 +190,84 @@ kernel void visibility_medium(global const RasterBlock *blocks, constant CameraI
 
 #define TILE_SHARE (RASTER_TILE_PX * RASTER_TILE_PX / GROUP_SIZE)  // samples of a tile that a work-item has
 
-kernel void visibility_large(global const RasterBlock *blocks, constant CameraInfo *camera, constant Float2 *offsets,
-                             uint first_tile, uint tile_count, uint first_sample, uint sample_count, float t_min,
-                             global ulong *keys, global const RasterBox *large, global const uint *counts, uint columns,
-                             uint first_row, uint rows, ATTRIBUTE_PARAMETERS)
+// A triangle set up for the samples of a tile.
+typedef struct TileTriangle {
+  Triangle triangle;
+  float edge_x[3], edge_y[3], edge_0[3];  // >= 0 (or NaN) at a sample that may be met
+} TileTriangle;
+
+static inline TileTriangle tile_triangle(global const RasterBlock *blocks, uint number, constant RasterView *view)
+{
+  TileTriangle out;
+  Vec3L a[3];
+  out.triangle = triangle_load(blocks, number);
+  triangle_relative(a, &out.triangle, view);
+  VisibleTriangle t = visible_setup(view, a, out.triangle.flags, 0);
+  for (uint i = 0; i < 3; i++) {
+    out.edge_x[i] = t.edge_x[i];
+    out.edge_y[i] = t.edge_y[i];
+    out.edge_0[i] = t.edge_0[i] - 1.5f * (fabs(t.edge_x[i]) + t.edge_x[i] + fabs(t.edge_y[i]) + t.edge_y[i]);
+  }
+  return out;
+}
+
+// Draws `count` triangles at the work-item's samples of the tile: 8 x 8 pixels of it after each other.
+static inline void tile_draw(local const TileTriangle *triangles, uint count, const Scope *scope, uint tile_x,
+                             uint tile_y, uint sample, global ulong *keys)
+{
+  uint member = get_local_id(0);
+  Float2 offset = scope->offsets[scope->wave.first_sample + sample];
+  for (uint i = 0; i < TILE_SHARE; i++) {
+    uint at = i * GROUP_SIZE + member, square = at / 64;
+    uint x = tile_x + square % (RASTER_TILE_PX / 8) * 8 + at % 8,
+         y = tile_y + square / (RASTER_TILE_PX / 8) * 8 + at % 64 / 8;
+    if (x >= scope->camera->width || y >= scope->camera->height) continue;
+    uint slot = wave_slot(scope, x, y, sample);
+    if (slot == HIT_NONE) continue;
+    SampleRay ray = sample_ray(scope->camera, x, y, offset);
+    float sample_x = (float)x + offset.x, sample_y = (float)y + offset.y;
+    ulong before = keys[slot], best = before;
+    for (uint k = 0; k < count; k++) {
+      local const TileTriangle *t = &triangles[k];
+      if (t->edge_0[0] + t->edge_x[0] * sample_x + t->edge_y[0] * sample_y < 0 ||
+          t->edge_0[1] + t->edge_x[1] * sample_x + t->edge_y[1] * sample_y < 0 ||
+          t->edge_0[2] + t->edge_x[2] * sample_x + t->edge_y[2] * sample_y < 0)
+        continue;
+      Triangle triangle = t->triangle;
+      ulong key = sample_key(&triangle, scope, &ray);
+      best = key < best ? key : best;
+    }
+    if (best != before) keys[slot] = best;
+  }
+}
+
+kernel void visibility_large(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
+                             constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
+                             uint sample_count, float t_min, global ulong *keys, global const RasterBox *large,
+                             global const uint *counts, uint columns, uint first_row, uint rows, ATTRIBUTE_PARAMETERS)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
-  local uint queue[GROUP_SIZE];
+  local uint queue[QUEUE_SIZE];
   local uint queued;
+  local TileTriangle triangles[GROUP_SIZE];
   uint group = get_group_id(0), member = get_local_id(0), count = counts[RASTER_LARGE_COUNT];
-  uint x0 = group % columns * RASTER_TILE_PX, y0 = (first_row + group / columns % rows) * RASTER_TILE_PX;
+  uint x = group % columns * RASTER_TILE_PX, y = (first_row + group / columns % rows) * RASTER_TILE_PX;
   uint sample = group / (columns * rows);
   if (sample >= sample_count || count == 0) return;
-  uint slots[TILE_SHARE];
-  ulong best[TILE_SHARE];
-  for (uint i = 0; i < TILE_SHARE; i++) {
-    uint at = i * GROUP_SIZE + member, x = x0 + at % RASTER_TILE_PX, y = y0 + at / RASTER_TILE_PX;
-    bool inside = x < camera->width && y < camera->height;
-    slots[i] = inside ? wave_slot(&scope, x, y, sample) : HIT_NONE;
-    best[i] = slots[i] == HIT_NONE ? 0 : keys[slots[i]];
-  }
+  queue_clear(&queued);
   for (uint first = 0; first < count; first += GROUP_SIZE) {
-    uint waiting = boxes_gather(queue, &queued, large, first, count, 0, x0, y0);
-    for (uint k = 0; k < waiting; k++) {
-      Triangle triangle = triangle_load(blocks, queue[k]);
-      for (uint i = 0; i < TILE_SHARE; i++) {
-        uint at = i * GROUP_SIZE + member;
-        if (slots[i] == HIT_NONE) continue;
-        ulong key = sample_key(&triangle, &scope, x0 + at % RASTER_TILE_PX, y0 + at / RASTER_TILE_PX, sample);
-        best[i] = key < best[i] ? key : best[i];
-      }
+    uint waiting = boxes_gather(queue, &queued, large, first, count, 0, x, y);
+    if (waiting <= GROUP_SIZE && first + GROUP_SIZE < count) continue;
+    for (uint done = 0; done < waiting; done += GROUP_SIZE) {
+      uint now = min(waiting - done, (uint)GROUP_SIZE);
+      if (member < now) triangles[member] = tile_triangle(blocks, queue[done + member], view);
+      barrier(CLK_LOCAL_MEM_FENCE);
+      tile_draw(triangles, now, &scope, x, y, sample, keys);
+      barrier(CLK_LOCAL_MEM_FENCE);
     }
+    queue_clear(&queued);
   }
-  for (uint i = 0; i < TILE_SHARE; i++)
-    if (slots[i] != HIT_NONE) keys[slots[i]] = best[i];
 }
 
 kernel void visibility_resolve(constant CameraInfo *camera, constant Float2 *offsets, uint first_tile, uint tile_count,

@@ -166,9 +166,9 @@ static Status direct_draw(RasterVisibility *raster, Device *device, const Device
                       log));
     TRY(device_launch(
         device, &raster->large, (size_t)columns * rows * wave->sample_count * group, 0, "raster large triangles",
-        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets),
-             ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count),
-             ARG(info->near_m), ARG_BUFFER(raster->keys), ARG_BUFFER(raster->boxes.large),
+        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera),
+             ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
+             ARG(wave->sample_count), ARG(info->near_m), ARG_BUFFER(raster->keys), ARG_BUFFER(raster->boxes.large),
              ARG_BUFFER(raster->boxes.counts), ARG(columns), ARG(first_row), ARG(rows), ATTRIBUTE_ARGS(scene)),
         log));
   }
