@@ -65,6 +65,16 @@ static void picture_set(Scene *scene)
   scene->environment.intensity = (float)intensity;
 }
 
+// A few pixels: the rows at the poles are half of all directions.
+static void small_picture_set(Scene *scene, uint32_t width, uint32_t height)
+{
+  float colors[6][3];
+  assert_true(width * height <= 6);
+  for (uint32_t i = 0; i < width * height; i++)
+    for (int c = 0; c < 3; c++) colors[i][c] = (float)(1 + i * 7 % 5 + c);
+  scene_set_image(scene, width, height, (const float(*)[3])colors);
+}
+
 static Scene surfaces_scene(void)
 {
   Scene scene = scene_empty();
@@ -192,12 +202,22 @@ static double chi_square_z(const Histogram *histogram)
 
 static double luminance(Vec3 c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
+// Luminance, with sin(theta) replaced by its mean over a row of cells: between the middles of two rows of pixels, or of
+// one and the pole.
 typedef struct ImageDensity {
   const Environment *environment;
-  double total;  // luminance x solid angle of all directions
+  double total;
 } ImageDensity;
 
-// The image's luminance over all directions, by midpoints.
+static double image_weight(const Environment *environment, Vec3 direction)
+{
+  double height = environment->image.height, theta = acos(fmax(-1, fmin(1, direction.y)));
+  double row = floor(theta / M_PI * height + 0.5);
+  double top = fmax(row - 0.5, 0) * M_PI / height, bottom = fmin(row + 0.5, height) * M_PI / height;
+  double mean_sine = (cos(top) - cos(bottom)) / (bottom - top);
+  return luminance(oracle_environment(environment, direction)) * mean_sine / sin(theta);
+}
+
 static ImageDensity image_density_make(const Environment *environment)
 {
   enum { ACROSS = 1200, DOWN = 1000 };
@@ -206,8 +226,7 @@ static ImageDensity image_density_make(const Environment *environment)
     for (int column = 0; column < ACROSS; column++) {
       double theta = M_PI * (row + 0.5) / DOWN, phi = 2 * M_PI * (column + 0.5) / ACROSS;
       Vec3 direction = vec3(sin(theta) * cos(phi), cos(theta), sin(theta) * sin(phi));
-      density.total +=
-          luminance(oracle_environment(environment, direction)) * sin(theta) * (2 * M_PI * M_PI / ACROSS / DOWN);
+      density.total += image_weight(environment, direction) * sin(theta) * (2 * M_PI * M_PI / ACROSS / DOWN);
     }
   }
   return density;
@@ -216,7 +235,7 @@ static ImageDensity image_density_make(const Environment *environment)
 static double image_density(const void *context, int class, Vec3 direction)
 {
   const ImageDensity *image = context;
-  return luminance(oracle_environment(image->environment, direction)) / image->total;
+  return image_weight(image->environment, direction) / image->total;
 }
 
 static double cosine_density(const void *context, int class, Vec3 direction) { return fabs(direction.y) / M_PI; }
@@ -260,6 +279,7 @@ static void lobes_count(Counted *counted, ShadeLab *lab)
       continue;
     }
     assert_true(class >= LOBES);
+    assert_true(fabs(vec3_length(direction) - 1) < 1e-5);
     counted->lobes[class].got[cell_of(direction)]++;
     double share = rays[i].density / lobe_density(NULL, class, direction), *known = &counted->to_specular[class];
     if (*known == 0) *known = share;
@@ -274,12 +294,15 @@ static void environment_rays_count(Counted *counted, ShadeLab *lab)
   LabRay *rays = lab_environment_rays(lab, ENVIRONMENT_RAYS_IMAGE);
   for (uint32_t i = 0; i < lab->counts[STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_RAYS_IMAGE]; i++) {
     int class = class_of(lab, &rays[i]);
+    assert_true(fabs(vec3_length(direction_of(&rays[i])) - 1) < 1e-5);
     if (class <= FACES_DOWN) counted->image[class].got[cell_of(direction_of(&rays[i]))]++;
   }
   free(rays);
   rays = lab_environment_rays(lab, ENVIRONMENT_RAYS_LOBE);
-  for (uint32_t i = 0; i < lab->counts[STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_RAYS_LOBE]; i++)
+  for (uint32_t i = 0; i < lab->counts[STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_RAYS_LOBE]; i++) {
+    assert_true(fabs(vec3_length(direction_of(&rays[i])) - 1) < 1e-5);
     if (class_of(lab, &rays[i]) == IS_MIRROR) counted->cosine.got[cell_of(direction_of(&rays[i]))]++;
+  }
   free(rays);
 }
 
@@ -335,6 +358,36 @@ static void directions_check(uint32_t lanes, uint32_t launches)
   scene_free(&scene);
 }
 
+static void few_pixels_check(uint32_t width, uint32_t height)
+{
+  enum { FEW_LAUNCHES = 64 };
+  Scene scene = surfaces_scene();
+  free(scene.environment.image.pixels);
+  small_picture_set(&scene, width, height);
+  ShadeLab lab = surfaces_lab(&scene, 16);
+  Counted *counted = oracle_array(1, sizeof *counted);
+  for (uint32_t launch = 0; launch < FEW_LAUNCHES; launch++) {
+    ShadeInfo info = launch_info(launch);
+    lab_shade(NULL, &lab, &info);
+    environment_rays_count(counted, &lab);
+  }
+  ImageDensity image = image_density_make(&scene.environment);
+  for (int class = FACES_UP; class <= FACES_DOWN; class ++) {
+    expected_fill(&counted->image[class], image_density, &image, class, samples_of(class, FEW_LAUNCHES));
+    histogram_check("by few pixels", class, &counted->image[class]);
+  }
+  free(counted);
+  lab_close(&lab);
+  scene_free(&scene);
+}
+
+static void an_image_may_be_of_few_pixels(void **state)
+{
+  few_pixels_check(1, 1);
+  few_pixels_check(3, 2);
+  few_pixels_check(1, 5);
+}
+
 static void directions_have_the_densities_that_are_said(void **state)
 {
   directions_check(16, LAUNCHES);
@@ -346,6 +399,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(directions_have_the_densities_that_are_said),
+      cmocka_unit_test(an_image_may_be_of_few_pixels),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }
