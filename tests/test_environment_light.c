@@ -172,6 +172,25 @@ static void a_blend_sheet_weakens_the_environment(void **state)
   scene_free(&scene);
 }
 
+// Each of a hundred thin sheets of metal both lets through and reflects: more than there are streams to wait in.
+static void many_blend_surfaces_may_reflect(void **state)
+{
+  Scene scene = scene_empty();
+  Material sheet = material_plain(vec3(0.9, 0.9, 0.9), 1, 0.4);
+  sheet.alpha_mode = ALPHA_BLEND;
+  sheet.base_color[3] = 0.02f;
+  sheet.double_sided = true;
+  int at = scene_add_material(&scene, sheet);
+  for (int i = 0; i < 100; i++) scene_add_quad(&scene, at, vec3(-2, -2, -0.02 * i), vec3(4, 0, 0), vec3(0, 4, 0));
+  scene_set_sky(&scene);
+  Camera camera = camera_perspective(vec3(0.5, 0.3, 3), vec3(0, 0, -1), 0.6);
+  PictureRequest request = sampled_request(8, 8, 2);
+  Picture picture = picture_render(&scene, &camera, &request);
+  picture_assert_signal(&picture, 0.001);
+  picture_free(&picture);
+  scene_free(&scene);
+}
+
 // A ball that glows alike in all directions, in a black environment: the specular lobe sees it, the diffuse one does
 // not.
 static void a_lobe_reflects_the_scene(void **state)
@@ -202,6 +221,7 @@ int main(void)
       cmocka_unit_test(light_past_a_ball_is_the_integral),
       cmocka_unit_test(back_faces_are_open_to_lobes_and_closed_to_light),
       cmocka_unit_test(a_blend_sheet_weakens_the_environment),
+      cmocka_unit_test(many_blend_surfaces_may_reflect),
       cmocka_unit_test(a_lobe_reflects_the_scene),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
