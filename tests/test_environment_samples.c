@@ -25,25 +25,25 @@ static const int class_of_ray[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 3, 4, 5, 6, 7, 8
 static const double max_roughness = 0.95, rotation_rad = 0.7, intensity = 2;
 static const double lobe_roughnesses[] = {0.15, 0.3, 0.6, 0.9}, lobe_cosines[] = {0.9, 0.3};
 
-static double roughness_of(int class)
+static double roughness_of(int kind)
 {
-  return class == IS_MIRROR ? 0 : class < LOBES ? 1 : lobe_roughnesses[(class - LOBES) % 4];
+  return kind == IS_MIRROR ? 0 : kind < LOBES ? 1 : lobe_roughnesses[(kind - LOBES) % 4];
 }
-static double cosine_of(int class) { return class < LOBES ? 0.7 : lobe_cosines[(class - LOBES) / 4]; }
-static double up_of(int class) { return class == FACES_DOWN ? -1 : 1; }
+static double cosine_of(int kind) { return kind < LOBES ? 0.7 : lobe_cosines[(kind - LOBES) / 4]; }
+static double up_of(int kind) { return kind == FACES_DOWN ? -1 : 1; }
 
-static Vec3 view_of(int class)
+static Vec3 view_of(int kind)
 {
-  double cosine = cosine_of(class), sine = sqrt(1 - cosine * cosine);
-  return vec3(sine * cos(0.4), up_of(class) * cosine, sine * sin(0.4));
+  double cosine = cosine_of(kind), sine = sqrt(1 - cosine * cosine);
+  return vec3(sine * cos(0.4), up_of(kind) * cosine, sine * sin(0.4));
 }
 
-static OracleSurface surface_of(int class)
+static OracleSurface surface_of(int kind)
 {
   return (OracleSurface){.base = vec3(0.9, 0.6, 0.3),
                          .alpha = 1,
-                         .metallic = class < LOBES ? 0 : 0.5,
-                         .roughness = (float)roughness_of(class),
+                         .metallic = kind < LOBES ? 0 : 0.5,
+                         .roughness = (float)roughness_of(kind),
                          .occlusion = 1};
 }
 
@@ -65,13 +65,23 @@ static void picture_set(Scene *scene)
   scene->environment.intensity = (float)intensity;
 }
 
+// A few pixels: the rows at the poles are half of all directions.
+static void small_picture_set(Scene *scene, uint32_t width, uint32_t height)
+{
+  float colors[6][3];
+  assert_true(width * height <= 6);
+  for (uint32_t i = 0; i < width * height; i++)
+    for (int c = 0; c < 3; c++) colors[i][c] = (float)(1 + i * 7 % 5 + c);
+  scene_set_image(scene, width, height, (const float(*)[3])colors);
+}
+
 static Scene surfaces_scene(void)
 {
   Scene scene = scene_empty();
-  for (int class = 0; class < CLASSES; class ++) {
-    OracleSurface surface = surface_of(class);
-    Vec3 normal = vec3(0, up_of(class), 0);
-    const Vec3 corners[3] = {vec3(-1, 0, up_of(class)), vec3(1, 0, up_of(class)), vec3(0, 0, -up_of(class))};
+  for (int kind = 0; kind < CLASSES; kind++) {
+    OracleSurface surface = surface_of(kind);
+    Vec3 normal = vec3(0, up_of(kind), 0);
+    const Vec3 corners[3] = {vec3(-1, 0, up_of(kind)), vec3(1, 0, up_of(kind)), vec3(0, 0, -up_of(kind))};
     int material = scene_add_material(&scene, material_plain(surface.base, surface.metallic, surface.roughness));
     scene_add_triangle(&scene, material, corners, (const Vec3[3]){normal, normal, normal});
   }
@@ -89,9 +99,9 @@ static ShadeLab surfaces_lab(const Scene *scene, uint32_t lanes)
   ShadeLab lab = lab_open_planned(scene, &plan, lanes);
   LabHit hits[RAYS];
   for (int i = 0; i < RAYS; i++) {
-    int class = class_of_ray[i % 16];
-    Vec3 view = view_of(class);
-    hits[i] = (LabHit){.triangle = (uint32_t) class,
+    int kind = class_of_ray[i % 16];
+    Vec3 view = view_of(kind);
+    hits[i] = (LabHit){.triangle = (uint32_t)kind,
                        .u = 0.25f,
                        .v = 0.25f,
                        .direction = {(float)-view.x, (float)-view.y, (float)-view.z},
@@ -120,10 +130,10 @@ static int class_of(const ShadeLab *lab, const LabRay *ray)
   return class_of_ray[lab_ray_of_slot(lab, ray->slot) % 16];
 }
 
-static uint32_t samples_of(int class, uint32_t launches)
+static uint32_t samples_of(int kind, uint32_t launches)
 {
   uint32_t count = 0;
-  for (int i = 0; i < 16; i++) count += class_of_ray[i] == class;
+  for (int i = 0; i < 16; i++) count += class_of_ray[i] == kind;
   return count * (RAYS / 16) * launches;
 }
 
@@ -151,14 +161,14 @@ static Vec3 cell_direction(int cell, int fine, double up)
   return vec3(ring * cos(phi), up * y, ring * sin(phi));
 }
 
-typedef double (*Density)(const void *context, int class, Vec3 direction);
+typedef double (*Density)(const void *context, int kind, Vec3 direction);
 
-static void expected_fill(Histogram *histogram, Density density, const void *context, int class, double samples)
+static void expected_fill(Histogram *histogram, Density density, const void *context, int kind, double samples)
 {
   for (int cell = 0; cell < CELLS; cell++) {
     double sum = 0;
     for (int fine = 0; fine < FINE * FINE; fine++)
-      sum += density(context, class, cell_direction(cell, fine, up_of(class)));
+      sum += density(context, kind, cell_direction(cell, fine, up_of(kind)));
     histogram->expected[cell] = samples * sum / (FINE * FINE) * 2 * M_PI / CELLS;
   }
 }
@@ -192,12 +202,22 @@ static double chi_square_z(const Histogram *histogram)
 
 static double luminance(Vec3 c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
+// Luminance, with sin(theta) replaced by its mean over a row of cells: between the middles of two rows of pixels, or of
+// one and the pole.
 typedef struct ImageDensity {
   const Environment *environment;
-  double total;  // luminance x solid angle of all directions
+  double total;
 } ImageDensity;
 
-// The image's luminance over all directions, by midpoints.
+static double image_weight(const Environment *environment, Vec3 direction)
+{
+  double height = environment->image.height, theta = acos(fmax(-1, fmin(1, direction.y)));
+  double row = floor(theta / M_PI * height + 0.5);
+  double top = fmax(row - 0.5, 0) * M_PI / height, bottom = fmin(row + 0.5, height) * M_PI / height;
+  double mean_sine = (cos(top) - cos(bottom)) / (bottom - top);
+  return luminance(oracle_environment(environment, direction)) * mean_sine / sin(theta);
+}
+
 static ImageDensity image_density_make(const Environment *environment)
 {
   enum { ACROSS = 1200, DOWN = 1000 };
@@ -206,35 +226,34 @@ static ImageDensity image_density_make(const Environment *environment)
     for (int column = 0; column < ACROSS; column++) {
       double theta = M_PI * (row + 0.5) / DOWN, phi = 2 * M_PI * (column + 0.5) / ACROSS;
       Vec3 direction = vec3(sin(theta) * cos(phi), cos(theta), sin(theta) * sin(phi));
-      density.total +=
-          luminance(oracle_environment(environment, direction)) * sin(theta) * (2 * M_PI * M_PI / ACROSS / DOWN);
+      density.total += image_weight(environment, direction) * sin(theta) * (2 * M_PI * M_PI / ACROSS / DOWN);
     }
   }
   return density;
 }
 
-static double image_density(const void *context, int class, Vec3 direction)
+static double image_density(const void *context, int kind, Vec3 direction)
 {
   const ImageDensity *image = context;
-  return luminance(oracle_environment(image->environment, direction)) / image->total;
+  return image_weight(image->environment, direction) / image->total;
 }
 
-static double cosine_density(const void *context, int class, Vec3 direction) { return fabs(direction.y) / M_PI; }
+static double cosine_density(const void *context, int kind, Vec3 direction) { return fabs(direction.y) / M_PI; }
 
 // Reflections at normals that the eye sees: G1 D / (4 n.v), Heitz 2018, equation 17 at 3.
-static double lobe_density(const void *context, int class, Vec3 direction)
+static double lobe_density(const void *context, int kind, Vec3 direction)
 {
-  Vec3 view = view_of(class), h = vec3_unit_or(vec3_add(view, direction), view);
-  double alpha = roughness_of(class) * roughness_of(class), cosine = cosine_of(class), c2 = cosine * cosine;
+  Vec3 view = view_of(kind), h = vec3_unit_or(vec3_add(view, direction), view);
+  double alpha = roughness_of(kind) * roughness_of(kind), cosine = cosine_of(kind), c2 = cosine * cosine;
   double lambda = (sqrt(1 + alpha * alpha * (1 - c2) / c2) - 1) / 2;
   return oracle_ggx(h.y, alpha) / ((1 + lambda) * 4 * cosine);
 }
 
-static void histogram_check(const char *what, int class, const Histogram *histogram)
+static void histogram_check(const char *what, int kind, const Histogram *histogram)
 {
   double z = chi_square_z(histogram), sum = 0;
   for (int cell = 0; cell < CELLS; cell++) sum += histogram->got[cell];
-  print_message("%s, roughness %g, n.v %g: %.0f samples, z = %.2f\n", what, roughness_of(class), cosine_of(class), sum,
+  print_message("%s, roughness %g, n.v %g: %.0f samples, z = %.2f\n", what, roughness_of(kind), cosine_of(kind), sum,
                 z);
   if (!(fabs(z) < 4.5)) fail_msg("%s: not the density that was said: z = %g", what, z);
 }
@@ -253,18 +272,19 @@ static void lobes_count(Counted *counted, ShadeLab *lab)
 {
   LabRay *rays = lab_reflected_rays(lab);
   for (uint32_t i = 0; i < lab->counts[STREAM_COUNT_REFLECTED]; i++) {
-    int class = class_of(lab, &rays[i]);
+    int kind = class_of(lab, &rays[i]);
     Vec3 direction = direction_of(&rays[i]);
-    if (class == IS_MIRROR) {
+    if (kind == IS_MIRROR) {
       assert_true(isinf(rays[i].density));
       continue;
     }
-    assert_true(class >= LOBES);
-    counted->lobes[class].got[cell_of(direction)]++;
-    double share = rays[i].density / lobe_density(NULL, class, direction), *known = &counted->to_specular[class];
+    assert_true(kind >= LOBES);
+    assert_true(fabs(vec3_length(direction) - 1) < 1e-5);
+    counted->lobes[kind].got[cell_of(direction)]++;
+    double share = rays[i].density / lobe_density(NULL, kind, direction), *known = &counted->to_specular[kind];
     if (*known == 0) *known = share;
     if (!(fabs(share / *known - 1) < 1e-3))
-      fail_msg("roughness %g: a share of %g, then of %g", roughness_of(class), *known, share);
+      fail_msg("roughness %g: a share of %g, then of %g", roughness_of(kind), *known, share);
   }
   free(rays);
 }
@@ -273,35 +293,38 @@ static void environment_rays_count(Counted *counted, ShadeLab *lab)
 {
   LabRay *rays = lab_environment_rays(lab, ENVIRONMENT_RAYS_IMAGE);
   for (uint32_t i = 0; i < lab->counts[STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_RAYS_IMAGE]; i++) {
-    int class = class_of(lab, &rays[i]);
-    if (class <= FACES_DOWN) counted->image[class].got[cell_of(direction_of(&rays[i]))]++;
+    int kind = class_of(lab, &rays[i]);
+    assert_true(fabs(vec3_length(direction_of(&rays[i])) - 1) < 1e-5);
+    if (kind <= FACES_DOWN) counted->image[kind].got[cell_of(direction_of(&rays[i]))]++;
   }
   free(rays);
   rays = lab_environment_rays(lab, ENVIRONMENT_RAYS_LOBE);
-  for (uint32_t i = 0; i < lab->counts[STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_RAYS_LOBE]; i++)
+  for (uint32_t i = 0; i < lab->counts[STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_RAYS_LOBE]; i++) {
+    assert_true(fabs(vec3_length(direction_of(&rays[i])) - 1) < 1e-5);
     if (class_of(lab, &rays[i]) == IS_MIRROR) counted->cosine.got[cell_of(direction_of(&rays[i]))]++;
+  }
   free(rays);
 }
 
 // Rays that would bring nothing are not sent: where the image is black, expect none from the lobes.
-static double seen_cosine_density(const void *context, int class, Vec3 direction)
+static double seen_cosine_density(const void *context, int kind, Vec3 direction)
 {
-  return image_density(context, class, direction) > 0 ? cosine_density(context, class, direction) : 0;
+  return image_density(context, kind, direction) > 0 ? cosine_density(context, kind, direction) : 0;
 }
 
 // What is lost: reflections below the horizon.
 static void shares_check(const Counted *counted, uint32_t launches)
 {
-  for (int class = LOBES; class < CLASSES; class ++) {
+  for (int kind = LOBES; kind < CLASSES; kind++) {
     Histogram above = {0};
-    double samples = samples_of(class, launches), expected = 0, got = 0;
-    expected_fill(&above, lobe_density, NULL, class, samples * counted->to_specular[class]);
+    double samples = samples_of(kind, launches), expected = 0, got = 0;
+    expected_fill(&above, lobe_density, NULL, kind, samples * counted->to_specular[kind]);
     for (int cell = 0; cell < CELLS; cell++) {
       expected += above.expected[cell];
-      got += counted->lobes[class].got[cell];
+      got += counted->lobes[kind].got[cell];
     }
     if (!(fabs(got - expected) < 4.5 * sqrt(expected)))
-      fail_msg("roughness %g: %g reflected, not %g", roughness_of(class), got, expected);
+      fail_msg("roughness %g: %g reflected, not %g", roughness_of(kind), got, expected);
   }
 }
 
@@ -318,21 +341,51 @@ static void directions_check(uint32_t lanes, uint32_t launches)
   }
   print_message("LANES %u:\n", lanes);
   ImageDensity image = image_density_make(&scene.environment);
-  for (int class = FACES_UP; class <= FACES_DOWN; class ++) {
-    expected_fill(&counted->image[class], image_density, &image, class, samples_of(class, launches));
-    histogram_check("by the image", class, &counted->image[class]);
+  for (int kind = FACES_UP; kind <= FACES_DOWN; kind++) {
+    expected_fill(&counted->image[kind], image_density, &image, kind, samples_of(kind, launches));
+    histogram_check("by the image", kind, &counted->image[kind]);
   }
   expected_fill(&counted->cosine, seen_cosine_density, &image, IS_MIRROR, samples_of(IS_MIRROR, launches));
   histogram_check("by the cosine", IS_MIRROR, &counted->cosine);
-  for (int class = LOBES; class < CLASSES; class ++) {
-    expected_fill(&counted->lobes[class], lobe_density, NULL, class,
-                  samples_of(class, launches) * counted->to_specular[class]);
-    histogram_check("by the lobe", class, &counted->lobes[class]);
+  for (int kind = LOBES; kind < CLASSES; kind++) {
+    expected_fill(&counted->lobes[kind], lobe_density, NULL, kind,
+                  samples_of(kind, launches) * counted->to_specular[kind]);
+    histogram_check("by the lobe", kind, &counted->lobes[kind]);
   }
   shares_check(counted, launches);
   free(counted);
   lab_close(&lab);
   scene_free(&scene);
+}
+
+static void few_pixels_check(uint32_t width, uint32_t height)
+{
+  enum { FEW_LAUNCHES = 64 };
+  Scene scene = surfaces_scene();
+  free(scene.environment.image.pixels);
+  small_picture_set(&scene, width, height);
+  ShadeLab lab = surfaces_lab(&scene, 16);
+  Counted *counted = oracle_array(1, sizeof *counted);
+  for (uint32_t launch = 0; launch < FEW_LAUNCHES; launch++) {
+    ShadeInfo info = launch_info(launch);
+    lab_shade(NULL, &lab, &info);
+    environment_rays_count(counted, &lab);
+  }
+  ImageDensity image = image_density_make(&scene.environment);
+  for (int kind = FACES_UP; kind <= FACES_DOWN; kind++) {
+    expected_fill(&counted->image[kind], image_density, &image, kind, samples_of(kind, FEW_LAUNCHES));
+    histogram_check("by few pixels", kind, &counted->image[kind]);
+  }
+  free(counted);
+  lab_close(&lab);
+  scene_free(&scene);
+}
+
+static void an_image_may_be_of_few_pixels(void **state)
+{
+  few_pixels_check(1, 1);
+  few_pixels_check(3, 2);
+  few_pixels_check(1, 5);
 }
 
 static void directions_have_the_densities_that_are_said(void **state)
@@ -346,6 +399,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(directions_have_the_densities_that_are_said),
+      cmocka_unit_test(an_image_may_be_of_few_pixels),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }

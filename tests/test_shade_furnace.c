@@ -224,22 +224,22 @@ static void grey_sky_on_diffuse_is_the_integral_of_the_brdf(void **state)
   scene_free(&scene);
 }
 
-// The stand-in for sampled lobes: a fit within 0.06.
+// Without samples the albedo is a fit, within 0.03; the oracle's grid is as far off at grazing angles.
 static void grey_sky_on_gloss_is_the_integral_of_the_brdf_to_a_few_percent(void **state)
 {
   double cosines[STEPS], worst = 0;
-  for (int i = 0; i < STEPS; i++) cosines[i] = 0.02 + 0.98 * i / (STEPS - 1);
+  for (int i = 0; i < STEPS; i++) cosines[i] = 0.05 + 0.95 * i / (STEPS - 1);
   for (int step = 1; step <= 10; step++) {
     float got[FURNACE_MATERIALS * STEPS][4];
     Scene scene = grey_sky_scene(0.1 * step);
     own_light_measure(got, &scene, 0, cosines);
-    for (int i = 0; i < 2 * STEPS; i++) {
+    for (int i = 0; i < 2 * STEPS; i += 5) {
       bool metal = i >= STEPS;
       OracleSurface surface = {
           .base = metal ? vec3(1, 1, 1) : vec3(0, 0, 0), .metallic = metal, .roughness = 0.1 * step};
-      double wanted = oracle_albedo(ORACLE_PBR, &surface, cosines[i % STEPS], 64).specular.x;
+      double wanted = oracle_albedo(ORACLE_PBR, &surface, cosines[i % STEPS], 256).specular.x;
       worst = fmax(worst, fabs(got[STEPS + i][0] - wanted));
-      if (!(fabs(got[STEPS + i][0] - wanted) <= 0.06))
+      if (!(fabs(got[STEPS + i][0] - wanted) <= 0.03))
         fail_msg("roughness %g, metallic %d, n.v %g: %g, not %g", 0.1 * step, metal, cosines[i % STEPS],
                  got[STEPS + i][0], wanted);
     }

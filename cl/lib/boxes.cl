@@ -44,9 +44,9 @@ static inline bool box_list(uint number, uint view, int x0, int y0, int x1, int 
 // Triangles that wait for a work-group to draw them in its tile.
 #define QUEUE_SIZE (2 * GROUP_SIZE)
 
-// Adds those of GROUP_SIZE large triangles, from `first` on, whose boxes meet the tile at pixel (x, y) of a view; returns
-// how many there are then. Every work-item of the group calls it. The caller empties the queue before it holds more than
-// GROUP_SIZE.
+// Adds those of GROUP_SIZE large triangles, from `first` on, whose boxes meet the tile at pixel (x, y) of a view;
+// returns how many there are then. Every work-item of the group calls it. The caller empties the queue before it holds
+// more than GROUP_SIZE.
 static inline uint boxes_gather(local uint *queue, local uint *queued, global const RasterBox *large, uint first,
                                 uint count, uint view, uint x, uint y)
 {

@@ -101,19 +101,25 @@ static inline Vec3L diffuse_albedo_pbr(const Reflectance *r, FloatL nv)
                r->diffuse.z * (FLOATL(1) - r->specular.z) * keep);
 }
 
-// Directional albedo of the pbr specular term, F0 a + b: quotients of quadratics fitted to the integrals that make it,
-// within 0.06 where n.v >= 0.02 and roughness >= 0.05, by 0.01 to 0.02 in the mean.
+// Directional albedo of the pbr specular term, F0 (all - grazing) + grazing: quotients of polynomials fitted to the
+// integrals that make it, at F0 = 1 within 0.03 and by 0.01 in the mean, at F0 = 0.04 by 0.004 in the mean.
 static inline Vec3L specular_albedo_fit(const Reflectance *r, FloatL nv)
 {
-  FloatL x = nv, y = r->roughness * r->roughness, z = r->roughness;
-  FloatL a = FLOATL(0.0484f) + y * (FLOATL(7.2871f) + y * FLOATL(0.2655f)) +
-             x * (FLOATL(3.0401f) - y * FLOATL(15.3138f) + x * FLOATL(9.2216f));
-  a /= FLOATL(1) + y * (FLOATL(4.7201f) + y * FLOATL(3.0512f)) +
-       x * (FLOATL(1.2727f) - y * FLOATL(5.677f) + x * FLOATL(9.5206f));
-  FloatL b = FLOATL(1.0056f) - z * (FLOATL(0.7285f) - z * FLOATL(0.0454f)) -
-             x * (FLOATL(2.0826f) - z * FLOATL(0.5234f) - x * FLOATL(1.4006f));
-  b /= FLOATL(1) + z * (FLOATL(0.5393f) + z * FLOATL(9.6572f)) +
-       x * (FLOATL(0.7937f) - z * FLOATL(16.2831f) + x * FLOATL(21.6298f));
-  b = max_lane(b, FLOATL(0));
-  return vec3l(r->specular.x * a + b, r->specular.y * a + b, r->specular.z * a + b);
+  FloatL x = nv, z = r->roughness, y = z * z;
+  FloatL all = FLOATL(0.960786f) + y * (FLOATL(-33.6227f) + y * (FLOATL(4178.99f) - y * FLOATL(3495.97f))) +
+               x * (FLOATL(-115.398f) + y * (FLOATL(-1606.71f) + y * FLOATL(3485.23f)) +
+                    x * (FLOATL(4808.66f) - y * FLOATL(5523.21f) - x * FLOATL(316.781f)));
+  all /= FLOATL(1) + y * (FLOATL(-35.2985f) + y * (FLOATL(4312.42f) - y * FLOATL(3619))) +
+         x * (FLOATL(-120.08f) + y * (FLOATL(-1432.03f) + y * FLOATL(6047.52f)) +
+              x * (FLOATL(4935.54f) - y * FLOATL(4814.83f) - x * FLOATL(525.399f)));
+  FloatL grazing = FLOATL(1.0163f) + z * (FLOATL(-1.47979f) + z * FLOATL(0.747576f)) +
+                   x * (FLOATL(-2.51627f) + z * (FLOATL(4.08196f) - z * FLOATL(2.22945f)) +
+                        x * (FLOATL(1.52811f) + z * (FLOATL(-2.64947f) + z * FLOATL(1.50446f))));
+  grazing /= FLOATL(1) + z * (FLOATL(0.240836f) + z * FLOATL(5.24091f)) +
+             x * (FLOATL(1.63451f) + z * (FLOATL(-24.9719f) + z * FLOATL(50.3145f)) +
+                  x * (FLOATL(11.6626f) + z * (FLOATL(8.7609f) - z * FLOATL(49.3078f))));
+  grazing = max_lane(grazing, FLOATL(0));
+  FloatL straight = all - grazing;
+  return vec3l(r->specular.x * straight + grazing, r->specular.y * straight + grazing,
+               r->specular.z * straight + grazing);
 }

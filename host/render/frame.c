@@ -295,11 +295,13 @@ static Status bounce_render(Frame *frame, const Wave *wave, const Bounce *bounce
   Bounce spawned[] = {
       {reflected, counts[STREAM_COUNT_REFLECTED], bounce->depth + 1, false, hash_pcg(bounce->path + 1)},
       {transmitted, counts[STREAM_COUNT_TRANSMITTED], bounce->depth, false, hash_pcg(bounce->path + 2)}};
-  for (int i = 0; i < 2; i++) {
-    if (spawned[i].count)
-      waiting[(*waiting_count)++] = spawned[i];
+  bool crowded = *waiting_count > FRAME_STREAMS / 2;
+  for (int k = 0; k < 2; k++) {
+    const Bounce *next = &spawned[crowded ? 1 - k : k];
+    if (next->count)
+      waiting[(*waiting_count)++] = *next;
     else
-      stream_give_back(frame, spawned[i].rays);
+      stream_give_back(frame, next->rays);
   }
 
 done:
@@ -307,7 +309,8 @@ done:
 }
 
 // What is let through goes before what is reflected, so that all that camera rays see is there before the first
-// reflection is.
+// reflection is; where many surfaces lie behind each other, so that streams run out, the other way round: then no more
+// wait than there are reflections in a row.
 static Status wave_render(Frame *frame, const Wave *wave, Log *log)
 {
   Status status = STATUS_OK;
