@@ -57,7 +57,7 @@ static void each_device_renders_a_known_picture(void **state)
 static void a_device_that_computes_wrong_fails(void **state)
 {
   for (int i = 1; i <= 5; i++) {
-    char fault[32];
+    char fault[40];
     snprintf(fault, sizeof fault, "FRUGAL_FAULT=corrupt:%d", i);
     cli_setting.environment[0] = fault;
     CliRun run = cli_run("devices", "--json", NULL);
