@@ -11,6 +11,7 @@
 #include "base/nearest.h"
 #include "device/kernel_cache.h"
 #include "image/image.h"
+#include "render/compile_ahead.h"
 
 // The subcommands: a new one is a row here and a declaration in app.h.
 static const struct Command {
@@ -51,6 +52,7 @@ static void help_print(FILE *out)
 // For signal handlers, where little else is allowed. No half-written output stays: outputs are renamed when whole.
 static _Noreturn void leave(const char *message, int exit_code)
 {
+  compile_ahead_kill();
   image_remove_temporaries();
   kernel_cache_remove_temporary();
   ssize_t written = isatty(STDERR_FILENO) ? write(STDERR_FILENO, "\n", 1) : 0;
@@ -98,6 +100,14 @@ static int command_unknown(const char *word)
   return 2;
 }
 
+// This program, called by itself.
+static int compile_ahead(void)
+{
+  Log log = {0};
+  Status status = compile_ahead_run(STDIN_FILENO, &log);
+  return status ? app_fail(&log, status) : 0;
+}
+
 static int command_run(int argc, char **argv)
 {
   if (argc < 2) {
@@ -111,6 +121,8 @@ static int command_run(int argc, char **argv)
     help_print(stdout);
   else if (!strcmp(word, "--version") || !strcmp(word, "-V"))
     printf("frugal %s\n", FRUGAL_VERSION);
+  else if (!strcmp(word, COMPILE_AHEAD_COMMAND))
+    return compile_ahead();
   else
     return command_unknown(word);
   return app_end_output(0);

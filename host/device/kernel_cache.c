@@ -96,6 +96,12 @@ void kernel_cache_remove_temporary(void)
   }
 }
 
+bool kernel_cache_is_kept(void)
+{
+  const char *kept = getenv("POCL_KERNEL_CACHE");
+  return !kept || strtol(kept, NULL, 10) != 0;
+}
+
 static KernelCache *counted;  // by the walk under way
 
 static int entry_count(const char *path, const struct stat *file, int type, struct FTW *where)

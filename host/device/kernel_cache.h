@@ -19,6 +19,9 @@ void kernel_cache_prepare(void);
 // Why a temporary folder had to take the place of PoCL's own; NULL where it did not.
 const char *kernel_cache_unusable(void);
 
+// Whether PoCL leaves in its cache what it has compiled, for other processes.
+bool kernel_cache_is_kept(void);
+
 // What is in PoCL's cache now, or with `nvidia` in the NVIDIA driver's; false where there is none. Reads the folders.
 bool kernel_cache_read(KernelCache *out, bool nvidia);
 

@@ -1,19 +1,15 @@
 #include "image/helper_process.h"
 
-#include <fcntl.h>
 #include <poll.h>
-#include <signal.h>
-#include <spawn.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/wait.h>
 
 #include "base/clock.h"
+#include "base/process.h"
 #include "image/message.h"
 
 enum { TIME_LIMIT_MS = 60000, PAYLOAD_BYTES_PER_MS = 4096 };
-
-extern char **environ;
 
 static bool helper_find(char program[PATH_MAX])
 {
@@ -32,32 +28,13 @@ static bool helper_find(char program[PATH_MAX])
   return false;
 }
 
-// The helper gets its end of the connection as standard input, and nothing else of this process: neither descriptors
-// nor the signals of its terminal.
+// The helper gets its end of the connection as standard input.
 static Status helper_spawn(ImageHelper *helper, Log *log)
 {
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) return log_no_memory(log, "image helper");
-
-  sigset_t all, none;
-  sigfillset(&all);
-  sigemptyset(&none);
-  posix_spawn_file_actions_t actions;
-  posix_spawnattr_t attributes;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-  posix_spawnattr_setsigdefault(&attributes, &all);
-  posix_spawnattr_setsigmask(&attributes, &none);
-
   char *arguments[] = {helper->program, NULL};
-  int error = posix_spawn(&helper->pid, helper->program, &actions, &attributes, arguments, environ);
-  posix_spawn_file_actions_destroy(&actions);
-  posix_spawnattr_destroy(&attributes);
+  int error = process_spawn(&helper->pid, helper->program, arguments, ends[1]);
   close(ends[1]);
   if (!error) {
     helper->socket = ends[0];
@@ -77,10 +54,7 @@ static int helper_bury(ImageHelper *helper)
   if (helper->pid > 0) {
     // Before the kill: a helper that is already on its way out tells by its own ending what went wrong.
     close(helper->socket);
-    if (waitpid(helper->pid, &ending, WNOHANG) == 0) {
-      kill(helper->pid, SIGKILL);
-      while (waitpid(helper->pid, &ending, 0) < 0 && errno == EINTR) continue;
-    }
+    ending = process_bury(helper->pid);
   }
   helper->pid = 0;
   helper->socket = -1;

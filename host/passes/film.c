@@ -8,10 +8,9 @@ Status film_make(Film *out, Device *device, const DeviceScene *scene, const Came
   Status status = STATUS_OK;
   Film film = {0};
   size_t pixels = (size_t)camera->width * camera->height;
-  TRY(program_build(&film.accumulate_program, device, "shade/accumulate.cl", "", log));
-  TRY(program_kernel(&film.accumulate, film.accumulate_program, "accumulate", log));
-  TRY(program_build(&film.resolve_program, device, "shade/resolve.cl", "", log));
-  TRY(program_kernel(&film.resolve, film.resolve_program, "resolve", log));
+  TRY(program_build(&film.program, device, "shade/film.cl", "", log));
+  TRY(program_kernel(&film.accumulate, film.program, "accumulate", log));
+  TRY(program_kernel(&film.resolve, film.program, "resolve", log));
   TRY(buffer_create(&film.info, device, sizeof(ResolveInfo), NULL, "output settings", log));
   TRY(buffer_create(&film.sums, device, pixels * sizeof(Float4), NULL, "picture", log));
   TRY(buffer_create(&film.picture, device, pixels * sizeof(Float4), NULL, "picture", log));

@@ -1,4 +1,4 @@
-// From a wave's radiance to the picture: cl/shade/accumulate.cl, cl/shade/aov.cl, cl/shade/resolve.cl.
+// From a wave's radiance to the picture: cl/shade/film.cl, cl/shade/aov.cl.
 #pragma once
 
 #include "device_scene/device_scene.h"
@@ -6,7 +6,7 @@
 #include "shared/resolve.h"
 
 typedef struct Film {
-  Program *accumulate_program, *resolve_program, *aov_program;
+  Program *program, *aov_program;
   Kernel accumulate, resolve, aov;
   DeviceBuffer info;                 // ResolveInfo
   DeviceBuffer sums;                 // Float4 by pixel

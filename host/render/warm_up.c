@@ -4,6 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/parallel.h"
+#include "device/kernel_cache.h"
+#include "render/compile_ahead.h"
 #include "render/frame.h"
 
 struct WarmUp {
@@ -15,7 +18,7 @@ struct WarmUp {
   Timeline *timeline;
   Log log;
   // under the lock
-  bool opened, taken, has_scene, ended;
+  bool opened, taken, has_scene, built, ended;
   Status status;
   Device *device;
   DeviceScene features;
@@ -24,13 +27,49 @@ struct WarmUp {
 
 // A frame of a scene that is empty, but for what decides which kernels it takes. Failures show again when the real
 // frame is made.
-static void kernels_build(WarmUp *warm_up)
+static void *kernels_build(void *argument)
 {
+  WarmUp *warm_up = argument;
   Frame frame = {0};
   Camera camera = {
       .kind = CAMERA_PERSPECTIVE, .yfov_rad = 1, .znear_m = 1, .zfar_m = 2, .world_from_camera = mat4_identity()};
   FrameRequest request = {.camera = &camera, .area = {8, 8, 0, 0, 8, 8}, .samples = 1, .plan = warm_up->plan};
   if (frame_make(&frame, warm_up->device, &warm_up->features, &request, &warm_up->log) == STATUS_OK) frame_free(&frame);
+  pthread_mutex_lock(&warm_up->lock);
+  warm_up->built = true;
+  pthread_cond_broadcast(&warm_up->changed);
+  pthread_mutex_unlock(&warm_up->lock);
+  return NULL;
+}
+
+// Another process can compile beside this one, to its use.
+static bool can_compile_ahead(const Device *device)
+{
+  const DeviceInfo *info = device_info(device);
+  return info->is_pocl && !info->is_gpu && kernel_cache_is_kept() && parallel_threads() > 1;
+}
+
+// Waits until the kernels are built. Where that takes longer than from a cache, another process compiles too.
+static void build_watch(WarmUp *warm_up, pthread_t builder)
+{
+  enum { CACHED_NS = 200000000, INTERVAL_NS = 10000000, SECOND_NS = 1000000000 };
+  clockid_t clock;
+  bool watch = can_compile_ahead(warm_up->device) && pthread_getcpuclockid(builder, &clock) == 0;
+  pthread_mutex_lock(&warm_up->lock);
+  while (!warm_up->built && watch) {
+    struct timespec until, computed;
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_nsec += INTERVAL_NS;
+    until.tv_sec += until.tv_nsec / SECOND_NS;
+    until.tv_nsec %= SECOND_NS;
+    pthread_cond_timedwait(&warm_up->changed, &warm_up->lock, &until);
+    watch = clock_gettime(clock, &computed) == 0 && computed.tv_sec == 0 && computed.tv_nsec < CACHED_NS;
+    if (!watch && !warm_up->built &&
+        compile_ahead_start(warm_up->choice, &warm_up->features, &warm_up->plan) == STATUS_OK)
+      log_debug(&warm_up->log, "%s: compiling kernels in a second process too", device_info(warm_up->device)->name);
+  }
+  pthread_mutex_unlock(&warm_up->lock);
+  pthread_join(builder, NULL);
 }
 
 static void *warm_up_run(void *argument)
@@ -46,7 +85,8 @@ static void *warm_up_run(void *argument)
   while (!warm_up->has_scene && !warm_up->ended) pthread_cond_wait(&warm_up->changed, &warm_up->lock);
   bool build = !status && warm_up->has_scene && !warm_up->ended;
   pthread_mutex_unlock(&warm_up->lock);
-  if (build) kernels_build(warm_up);
+  pthread_t builder;
+  if (build && pthread_create(&builder, NULL, kernels_build, warm_up) == 0) build_watch(warm_up, builder);
   return NULL;
 }
 
@@ -57,7 +97,11 @@ Status warm_up_start(WarmUp **out, const char *choice, uint32_t threads, Timelin
   *warm_up = (WarmUp){
       .choice = choice, .threads = threads, .timeline = timeline, .log = {.sink = log->sink, .context = log->context}};
   pthread_mutex_init(&warm_up->lock, NULL);
-  pthread_cond_init(&warm_up->changed, NULL);
+  pthread_condattr_t monotonic;
+  pthread_condattr_init(&monotonic);
+  pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+  pthread_cond_init(&warm_up->changed, &monotonic);
+  pthread_condattr_destroy(&monotonic);
   if (pthread_create(&warm_up->thread, NULL, warm_up_run, warm_up) != 0) {
     free(warm_up);
     return STATUS_NO_MEMORY;
@@ -98,6 +142,7 @@ void warm_up_end(WarmUp *warm_up)
   pthread_cond_broadcast(&warm_up->changed);
   pthread_mutex_unlock(&warm_up->lock);
   pthread_join(warm_up->thread, NULL);
+  compile_ahead_end();
   if (!warm_up->taken) device_close(warm_up->device);
   pthread_mutex_destroy(&warm_up->lock);
   pthread_cond_destroy(&warm_up->changed);
