@@ -66,7 +66,7 @@ static inline int4 clipped_bounds(const MapTriangle *t, uint lane, constant Rast
   for (uint i = 0; i < polygon.count; i++) {
     ClipCorner corner = clip_project(view, polygon.vertex[i]);
     int2 at = (int2)(corner.x, corner.y);
-    bounds = (int4)(min(bounds.xy, at), max(bounds.zw, at));
+    bounds = (int4)(min(bounds.x, at.x), min(bounds.y, at.y), max(bounds.z, at.x), max(bounds.w, at.y));
   }
   return bounds;
 }

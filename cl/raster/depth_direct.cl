@@ -114,7 +114,7 @@ typedef struct TileTriangle {
 
 static inline TileTriangle tile_triangle(const Scope *scope, uint number, int4 window)
 {
-  TileTriangle out;
+  TileTriangle out = {{{0}}};  // all of it is copied, whatever is there
   MapTriangle t = triangle_setup(scope, number);
   out.number = number;
   out.clipped = t.clipped;

@@ -42,7 +42,7 @@ typedef struct Scope {
 } Scope;
 
 typedef struct Triangle {
-  float3 corner[3];  // world space
+  Vec3L corner[3];  // world space
   uint id, flags;
 } Triangle;
 
@@ -52,7 +52,7 @@ static inline Triangle triangle_load(global const RasterBlock *blocks, uint numb
   uint slot = number % RASTER_STEP;
   Triangle t;
   for (uint i = 0; i < 3; i++)
-    t.corner[i] = (float3)(block->vertex[i][0][slot], block->vertex[i][1][slot], block->vertex[i][2][slot]);
+    t.corner[i] = vec3l(block->vertex[i][0][slot], block->vertex[i][1][slot], block->vertex[i][2][slot]);
   t.id = block->id[slot];
   t.flags = block->flags[slot];
   return t;
@@ -60,10 +60,7 @@ static inline Triangle triangle_load(global const RasterBlock *blocks, uint numb
 
 static inline void triangle_relative(Vec3L out[3], const Triangle *t, constant RasterView *view)
 {
-  for (uint i = 0; i < 3; i++) {
-    float3 relative = t->corner[i] - vload3(0, &view->origin.x);
-    out[i] = vec3l(relative.x, relative.y, relative.z);
-  }
+  for (uint i = 0; i < 3; i++) out[i] = sub3(t->corner[i], vec3l(view->origin.x, view->origin.y, view->origin.z));
 }
 
 typedef struct SampleRay {
@@ -83,9 +80,9 @@ static inline SampleRay sample_ray(constant CameraInfo *camera, uint x, uint y, 
 
 static inline TriangleHit sample_intersect(const SampleRay *s, const Triangle *t)
 {
-  float3 a = t->corner[0], b = t->corner[1], c = t->corner[2];
-  if (s->kz == 0) a = a.yzx, b = b.yzx, c = c.yzx;
-  if (s->kz == 1) a = a.zxy, b = b.zxy, c = c.zxy;
+  Vec3L a = t->corner[0], b = t->corner[1], c = t->corner[2];
+  if (s->kz == 0) a = vec3l(a.y, a.z, a.x), b = vec3l(b.y, b.z, b.x), c = vec3l(c.y, c.z, c.x);
+  if (s->kz == 1) a = vec3l(a.z, a.x, a.y), b = vec3l(b.z, b.x, b.y), c = vec3l(c.z, c.x, c.y);
   return triangle_intersect(&s->sheared, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
 }
 
@@ -285,7 +282,10 @@ kernel void visibility_resolve(constant CameraInfo *camera, constant Float2 *off
   if (id != HIT_NONE) {
     global const uint *vertex = corners[id].vertex;
     Triangle triangle;
-    for (uint i = 0; i < 3; i++) triangle.corner[i] = vload3(vertex[i], positions);
+    for (uint i = 0; i < 3; i++) {
+      float3 at = vload3(vertex[i], positions);
+      triangle.corner[i] = vec3l(at.x, at.y, at.z);
+    }
     SampleRay s = sample_ray(camera, x, y, offsets[first_sample + tile / tile_count]);
     TriangleHit hit = sample_intersect(&s, &triangle);
     t = as_float((uint)(key >> 32));

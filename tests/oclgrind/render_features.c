@@ -11,6 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "passes/raster_depth.h"
+#include "passes/raster_visibility.h"
+#include "shared/stream.h"
 #include "support/picture_fixture.h"
 #include "support/scene_build.h"
 #include "support/scene_features.h"
@@ -21,11 +24,12 @@
 
 static bool starts_as_nan;
 
-static cl_int buffer_set(cl_command_queue queue, cl_mem buffer, size_t offset, size_t bytes, int byte)
+static cl_int buffer_set(cl_command_queue queue, cl_mem buffer, size_t offset, size_t bytes, const void *pattern,
+                         size_t pattern_bytes)
 {
   char *values = malloc(bytes);
   if (!values) return CL_OUT_OF_HOST_MEMORY;
-  memset(values, byte, bytes);
+  for (size_t at = 0; at < bytes; at += pattern_bytes) memcpy(values + at, pattern, pattern_bytes);
   cl_int error = clEnqueueWriteBuffer(queue, buffer, CL_TRUE, offset, bytes, values, 0, NULL, NULL);
   free(values);
   return error;
@@ -42,7 +46,7 @@ cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t bytes, void
   if (!buffer || !starts_as_nan) return buffer;
   clGetContextInfo(context, CL_CONTEXT_DEVICES, sizeof device, &device, NULL);
   cl_command_queue queue = clCreateCommandQueue(context, device, 0, error);
-  if (*error == CL_SUCCESS) *error = buffer_set(queue, buffer, 0, bytes, 0xff);
+  if (*error == CL_SUCCESS) *error = buffer_set(queue, buffer, 0, bytes, "\xff", 1);
   clReleaseCommandQueue(queue);
   return buffer;
 }
@@ -53,7 +57,7 @@ cl_int clEnqueueFillBuffer(cl_command_queue queue, cl_mem buffer, const void *pa
                            size_t offset, size_t bytes, cl_uint wait_count, const cl_event *wait_events,
                            cl_event *event)
 {
-  return buffer_set(queue, buffer, offset, bytes, *(const char *)pattern);
+  return buffer_set(queue, buffer, offset, bytes, pattern, pattern_bytes);
 }
 
 // Every branch of the resolve kernel.
@@ -108,11 +112,70 @@ done:
   return status;
 }
 
+// What the camera sees, as a GPU draws it: triangles of every size.
+static Status visibility_direct(Device *device, const DeviceScene *scene)
+{
+  Status status = STATUS_OK;
+  const RasterOptions options = {.way = RASTER_WAY_DIRECT};
+  const Camera camera = scene_features_camera();
+  const CameraInfo info = camera_info(&camera, &(PictureArea){64, 36, 0, 0, 64, 36});
+  const Wave wave = {0, info.tiles_per_row * ((info.height + TILE_SIZE - 1) / TILE_SIZE), 0, 1};
+  uint32_t count = wave_rays(&wave);
+  CameraRays rays = {0};
+  RasterScene triangles = {0};
+  RasterVisibility raster = {0};
+  HitStream hits = {0};
+  TRY(camera_rays_make(&rays, device, &info, 1, &picture_log));
+  TRY(raster_scene_make(&triangles, device, scene, &options, &picture_log));
+  TRY(raster_visibility_make(&raster, device, scene, &triangles, &options, &picture_log));
+  TRY(raster_visibility_aim(&raster, device, &rays, 1, count, &picture_log));
+  TRY(hit_stream_make(&hits, device, count, &picture_log));
+  TRY(raster_visibility(&raster, device, scene, &triangles, &rays, &wave, &hits, count, &picture_log));
+  TRY(device_finish(device, &picture_log));
+
+done:
+  camera_rays_free(&rays);
+  raster_scene_free(&triangles);
+  raster_visibility_free(&raster);
+  hit_stream_free(&hits);
+  return status;
+}
+
+// Maps of the scene from the front, in parallel, and from its middle, where triangles reach behind the eye.
+static Status depth_maps(Device *device, const DeviceScene *scene, RasterWay way)
+{
+  enum { SIZE = 64, VIEWS = 2 };
+  Status status = STATUS_OK;
+  const RasterOptions options = {.way = way};
+  static const Mat4 from_front = {{0.1, 0, 0, 0, 0, -0.1, 0, 0, 0, 0, -0.05, 0, 0.5, 0.7, 0.5, 1}};
+  static const Mat4 from_middle = {{0.5, 0, 0, 0, 0, 0.5, 0, 0, 0.5, 0.5, 1, 1, 0, -0.25, -0.1, 0}};
+  const RasterView views[VIEWS] = {raster_view_of_map(&from_front, vec3(0, 1, 0), SIZE, 0),
+                                   raster_view_of_map(&from_middle, vec3(0, 0.5, 0), SIZE, 0.05)};
+  RasterScene triangles = {0};
+  RasterDepth raster = {0};
+  float maps[SIZE * SIZE * VIEWS];
+  TRY(raster_scene_make(&triangles, device, scene, &options, &picture_log));
+  TRY(raster_depth_make(&raster, device, scene, &triangles, SIZE, VIEWS, &options, &picture_log));
+  TRY(raster_depth(&raster, device, scene, &triangles, views, VIEWS, &picture_log));
+  TRY(buffer_read(device, &raster.maps, maps, sizeof maps, &picture_log));
+  for (int i = 0; i < SIZE * SIZE * VIEWS; i++)
+    if (!(maps[i] >= 0 && maps[i] <= 1)) {
+      status = log_fail(&picture_log, STATUS_FAILED, "depth maps: value %d is %g", i, maps[i]);
+      goto done;
+    }
+
+done:
+  raster_scene_free(&triangles);
+  raster_depth_free(&raster);
+  return status;
+}
+
 int main(int argc, char **argv)
 {
   static const float colors[4][3] = {{1, 1, 1}, {0.5f, 0.6f, 1}, {0.2f, 0.2f, 0.1f}, {3, 2, 1}};
   Status status = STATUS_OK;
   Scene scene = scene_features();
+  DeviceScene device_scene = {0};
   PictureRequest request = picture_request(0, 0, 1);
   RenderSettings *settings = &request.settings;
   if (argc != 3 || sscanf(argv[2], "%ux%u", &settings->width, &settings->height) != 2) {
@@ -128,11 +191,20 @@ int main(int argc, char **argv)
   settings->lighting = LIGHTING_PHONG;
   settings->max_depth = 1;
   settings->shadows = SHADOWS_NONE;
+  settings->primary = PRIMARY_RASTER;
   scene_set_image(&scene, 2, 2, colors);
   TRY(render(device, &scene, settings, AOV_SET_NONE));
 
+  TRY(device_scene_make(&device_scene, device, &scene, NULL, &picture_log));
+  TRY(depth_maps(device, &device_scene, RASTER_WAY_BINS));
+  if (lanes == 1) {
+    TRY(depth_maps(device, &device_scene, RASTER_WAY_DIRECT));
+    TRY(visibility_direct(device, &device_scene));
+  }
+
 done:
   if (status) fprintf(stderr, "render_features: status %d: %s\n", status, picture_log.error);
+  device_scene_free(&device_scene);
   scene_free(&scene);
   device_close(device);
   return status != STATUS_OK;
