@@ -112,8 +112,12 @@ static Status trace_compile(Frame *frame, Coherence coherence, Log *log)
   Device *device = frame->device;
   const Plan *plan = &frame->request.plan;
   const Tracer *tracer = &frame->tracer;
-  TRY(trace_closest(tracer, device, frame->scene, &frame->streams[0], TILE_PIXELS, 0, &frame->hits, coherence, sentence,
-                    log));
+  // As a frame has it: reflected rays run side by side where none comes off a rough surface.
+  bool reflected = plan->reflected_rays && (coherence == RAYS_INCOHERENT) == (plan->max_roughness > 0);
+  bool camera = coherence == RAYS_COHERENT && (plan->primary == PRIMARY_RAYS || plan->transmitted_rays);
+  if (reflected || camera)
+    TRY(trace_closest(tracer, device, frame->scene, &frame->streams[0], TILE_PIXELS, 0, &frame->hits, coherence,
+                      sentence, log));
   TRY(device_finish(device, log));
   if (plan->shadow_rays || plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED)
     TRY(trace_any(tracer, device, frame->scene, &frame->shadow, 0, TILE_PIXELS, &frame->radiance, coherence, sentence,
