@@ -42,7 +42,7 @@ typedef struct Scope {
 } Scope;
 
 typedef struct Triangle {
-  Vec3L corner[3];  // world space
+  float3 corner[3];  // world space
   uint id, flags;
 } Triangle;
 
@@ -52,7 +52,7 @@ static inline Triangle triangle_load(global const RasterBlock *blocks, uint numb
   uint slot = number % RASTER_STEP;
   Triangle t;
   for (uint i = 0; i < 3; i++)
-    t.corner[i] = vec3l(block->vertex[i][0][slot], block->vertex[i][1][slot], block->vertex[i][2][slot]);
+    t.corner[i] = (float3)(block->vertex[i][0][slot], block->vertex[i][1][slot], block->vertex[i][2][slot]);
   t.id = block->id[slot];
   t.flags = block->flags[slot];
   return t;
@@ -60,7 +60,10 @@ static inline Triangle triangle_load(global const RasterBlock *blocks, uint numb
 
 static inline void triangle_relative(Vec3L out[3], const Triangle *t, constant RasterView *view)
 {
-  for (uint i = 0; i < 3; i++) out[i] = sub3(t->corner[i], vec3l(view->origin.x, view->origin.y, view->origin.z));
+  for (uint i = 0; i < 3; i++) {
+    float3 relative = t->corner[i] - vload3(0, &view->origin.x);
+    out[i] = vec3l(relative.x, relative.y, relative.z);
+  }
 }
 
 typedef struct SampleRay {
@@ -80,9 +83,9 @@ static inline SampleRay sample_ray(constant CameraInfo *camera, uint x, uint y, 
 
 static inline TriangleHit sample_intersect(const SampleRay *s, const Triangle *t)
 {
-  Vec3L a = t->corner[0], b = t->corner[1], c = t->corner[2];
-  if (s->kz == 0) a = vec3l(a.y, a.z, a.x), b = vec3l(b.y, b.z, b.x), c = vec3l(c.y, c.z, c.x);
-  if (s->kz == 1) a = vec3l(a.z, a.x, a.y), b = vec3l(b.z, b.x, b.y), c = vec3l(c.z, c.x, c.y);
+  float3 a = t->corner[0], b = t->corner[1], c = t->corner[2];
+  if (s->kz == 0) a = a.yzx, b = b.yzx, c = c.yzx;
+  if (s->kz == 1) a = a.zxy, b = b.zxy, c = c.zxy;
   return triangle_intersect(&s->sheared, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
 }
 
@@ -189,7 +192,8 @@ kernel void visibility_medium(global const RasterBlock *blocks, constant CameraI
 
 // A triangle set up for the samples of a tile.
 typedef struct TileTriangle {
-  Triangle triangle;
+  Vec3L corner[3];  // world space
+  uint id, flags;
   float edge_x[3], edge_y[3], edge_0[3];  // >= 0 (or NaN) at a sample that may be met
 } TileTriangle;
 
@@ -197,10 +201,13 @@ static inline TileTriangle tile_triangle(global const RasterBlock *blocks, uint 
 {
   TileTriangle out;
   Vec3L a[3];
-  out.triangle = triangle_load(blocks, number);
-  triangle_relative(a, &out.triangle, view);
-  VisibleTriangle t = visible_setup(view, a, out.triangle.flags, 0);
+  Triangle triangle = triangle_load(blocks, number);
+  triangle_relative(a, &triangle, view);
+  VisibleTriangle t = visible_setup(view, a, triangle.flags, 0);
+  out.id = triangle.id;
+  out.flags = triangle.flags;
   for (uint i = 0; i < 3; i++) {
+    out.corner[i] = vec3l(triangle.corner[i].x, triangle.corner[i].y, triangle.corner[i].z);
     out.edge_x[i] = t.edge_x[i];
     out.edge_y[i] = t.edge_y[i];
     out.edge_0[i] = t.edge_0[i] - 1.5f * (fabs(t.edge_x[i]) + t.edge_x[i] + fabs(t.edge_y[i]) + t.edge_y[i]);
@@ -230,7 +237,8 @@ static inline void tile_draw(local const TileTriangle *triangles, uint count, co
           t->edge_0[1] + t->edge_x[1] * sample_x + t->edge_y[1] * sample_y < 0 ||
           t->edge_0[2] + t->edge_x[2] * sample_x + t->edge_y[2] * sample_y < 0)
         continue;
-      Triangle triangle = t->triangle;
+      Triangle triangle = {.id = t->id, .flags = t->flags};
+      for (uint c = 0; c < 3; c++) triangle.corner[c] = (float3)(t->corner[c].x, t->corner[c].y, t->corner[c].z);
       ulong key = sample_key(&triangle, scope, &ray);
       best = key < best ? key : best;
     }
@@ -282,10 +290,7 @@ kernel void visibility_resolve(constant CameraInfo *camera, constant Float2 *off
   if (id != HIT_NONE) {
     global const uint *vertex = corners[id].vertex;
     Triangle triangle;
-    for (uint i = 0; i < 3; i++) {
-      float3 at = vload3(vertex[i], positions);
-      triangle.corner[i] = vec3l(at.x, at.y, at.z);
-    }
+    for (uint i = 0; i < 3; i++) triangle.corner[i] = vload3(vertex[i], positions);
     SampleRay s = sample_ray(camera, x, y, offsets[first_sample + tile / tile_count]);
     TriangleHit hit = sample_intersect(&s, &triangle);
     t = as_float((uint)(key >> 32));
