@@ -1,6 +1,7 @@
 // frugal: renders glTF scenes with OpenCL kernels. This file chooses the subcommand.
 
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -49,9 +50,19 @@ static void help_print(FILE *out)
   fputs("\nOptions: --help, also after a command; --version\n", out);
 }
 
-// For signal handlers, where little else is allowed. No half-written output stays: outputs are renamed when whole.
-static _Noreturn void leave(const char *message, int exit_code)
+static void aborted(int signal_number);
+
+// For signal handlers, where little else is allowed. No half-written output stays: outputs are renamed when whole. The
+// first thread that leaves says how; others, which may now miss the kernel cache and give up, wait for the end.
+static void leave(const char *message, int exit_code)
 {
+  static _Atomic pid_t leaver;
+  pid_t self = gettid(), first = 0;
+  if (!atomic_compare_exchange_strong(&leaver, &first, self)) {
+    while (first != self) pause();
+    return;
+  }
+  signal(SIGABRT, aborted);  // LLVM's while PoCL builds
   compile_ahead_kill();
   image_remove_temporaries();
   kernel_cache_remove_temporary();
