@@ -4,11 +4,10 @@
 //   out   maps            [view][size * size] (shared/depth_map.h) as the bits of floats, 1 before the first launch
 //
 //   depth_small   a work-item a triangle and view: draws it if its box is small, else lists it
-//   depth_medium  RASTER_TEAM work-items a listed triangle of medium size
-//   depth_large   a work-group a tile: looks at all large triangles, keeps those that meet the tile, draws them
+//   depth_boxes   RASTER_TEAM work-items a tile of a listed triangle
 //
-//   Cost  44 bytes a triangle and view, a plane and three sums a triangle and texel of its box.
-//   Depths are not below 0, so that their bits are in their order. LANES is 1. The lists hold every triangle and view
+//   Cost  44 bytes a triangle and view of the chunks in view, a plane and three sums a triangle and texel of its box.
+//   Depths are not below 0, so that their bits are in their order. LANES is 1. The list holds every triangle and view
 //   of a pass: nothing overflows. Coverage and depth are those of lib/map_triangle.cl, as in depth_bins.cl.
 
 #include "lib/boxes.cl"
@@ -38,6 +37,16 @@ static inline bool triangle_window(WindowTriangle *out, const MapTriangle *t, in
                          max3_lane(t->depth[0], t->depth[1], t->depth[2]), window);
 }
 
+// Is some texel of the window's part inside each edge?
+static inline bool window_meets(const WindowTriangle *t)
+{
+  for (uint i = 0; i < 3; i++) {
+    int x = t->edge_x[i] > 0 ? t->last_x : t->first_x, y = t->edge_y[i] > 0 ? t->last_y : t->first_y;
+    if (t->edge[i] + t->edge_x[i] * x + t->edge_y[i] * y < 0) return false;
+  }
+  return true;
+}
+
 // Draws texel (x, y) of the window, whose first texel begins a block.
 static inline void texel_draw(const WindowTriangle *t, int x, int y, int4 window, uint number, const Scope *scope,
                               global uint *map)
@@ -59,119 +68,68 @@ static inline void texel_draw(const WindowTriangle *t, int x, int y, int4 window
   atomic_min(texel, depth);
 }
 
-// The box of texels that a triangle may cover, from the start of a block.
-static inline int4 box_window(int first_x, int first_y, int last_x, int last_y)
+kernel void depth_small(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
+                        uint triangle_count, constant RasterView *views, uint view_count, global uint *maps,
+                        BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
 {
-  int x = first_x & ~3, y = first_y & ~3;
-  return (int4)(x, y, last_x - x + 1, last_y - y + 1);
-}
-
-kernel void depth_small(global const RasterBlock *blocks, uint first_triangle, uint triangle_count,
-                        constant RasterView *views, uint view_count, global uint *maps, BOX_PARAMETERS,
-                        ATTRIBUTE_PARAMETERS)
-{
+  local uint queued;
+  local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   uint item = get_global_id(0), number = first_triangle + item % triangle_count, view = item / triangle_count;
-  if (view >= view_count) return;
+  if (view >= view_count) return;  // whole work-groups, here and below: a chunk is of whole ones
   Scope scope = {&views[view], blocks, &attributes};
+  if (!bounds_on_map(&bounds[number / RASTER_CHUNK], scope.view)) return;
   MapTriangle t = triangle_setup(&scope, number);
-  if (t.culled) return;
-  if (box_list(number, view, t.first_x, t.first_y, t.last_x, t.last_y, t.clipped, medium, large, counts)) return;
+  bool small = !t.culled && !t.clipped && box_is_small(t.first_x, t.first_y, t.last_x, t.last_y);
+  int4 box = (int4)(t.first_x, t.first_y, t.last_x, t.last_y);
+  box_list(!t.culled && !small, box_of(number, view, box), &queued, &first, boxes, box_starts, box_counter);
+  if (!small) return;
   WindowTriangle in;
-  int4 window = box_window(t.first_x, t.first_y, t.last_x, t.last_y);
+  int4 window = (int4)(box.x & ~3, box.y & ~3, box.z - (box.x & ~3) + 1, box.w - (box.y & ~3) + 1);
   if (!triangle_window(&in, &t, window)) return;
   global uint *map = maps + view * scope.view->width * scope.view->width;
   for (int y = in.first_y; y <= in.last_y; y++)
     for (int x = in.first_x; x <= in.last_x; x++) texel_draw(&in, x, y, window, number, &scope, map);
 }
 
-kernel void depth_medium(global const RasterBlock *blocks, constant RasterView *views, global uint *maps,
-                         global const RasterBox *medium, global const uint *counts, ATTRIBUTE_PARAMETERS)
-{
-  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  uint member = get_global_id(0) % RASTER_TEAM, teams = get_global_size(0) / RASTER_TEAM,
-       count = counts[RASTER_MEDIUM_COUNT];
-  for (uint i = get_global_id(0) / RASTER_TEAM; i < count; i += teams) {
-    RasterBox box = medium[i];
-    Scope scope = {&views[box.view], blocks, &attributes};
-    MapTriangle t = triangle_setup(&scope, box.number);
-    WindowTriangle in;
-    int4 window = box_window((int)(box.x & 0xffffu), (int)(box.y & 0xffffu), (int)(box.x >> 16), (int)(box.y >> 16));
-    if (!triangle_window(&in, &t, window)) continue;
-    global uint *map = maps + box.view * scope.view->width * scope.view->width;
-    int width = in.last_x - in.first_x + 1, size = width * (in.last_y - in.first_y + 1);
-    for (int at = (int)member; at < size; at += RASTER_TEAM)
-      texel_draw(&in, in.first_x + at % width, in.first_y + at / width, window, box.number, &scope, map);
-  }
-}
-
-// A triangle set up for a tile: its window, or where it must be clipped first its number alone.
-typedef struct TileTriangle {
-  WindowTriangle window;
-  uint number;
-  uint there, clipped;
-} TileTriangle;
-
-static inline TileTriangle tile_triangle(const Scope *scope, uint number, int4 window)
-{
-  TileTriangle out = {{{0}}};  // all of it is copied, whatever is there
-  MapTriangle t = triangle_setup(scope, number);
-  out.number = number;
-  out.clipped = t.clipped;
-  out.there = t.clipped || triangle_window(&out.window, &t, window);
-  return out;
-}
-
-// The work-group's part of one triangle in its tile.
+// A team's part of one triangle in a tile.
 static inline void tile_draw(const WindowTriangle *t, int4 window, uint number, const Scope *scope, global uint *map)
 {
-  int width = t->last_x - t->first_x + 1, size = width * (t->last_y - t->first_y + 1);
-  for (int at = (int)get_local_id(0); at < size; at += GROUP_SIZE)
-    texel_draw(t, t->first_x + at % width, t->first_y + at / width, window, number, scope, map);
+  int2 member = piece_pixel(get_global_id(0) % RASTER_TEAM), start = piece_start(t->first_x, t->first_y) + member;
+  for (int y = start.y; y <= t->last_y; y += 4)
+    for (int x = start.x; x <= t->last_x; x += 8)
+      if (x >= t->first_x && y >= t->first_y) texel_draw(t, x, y, window, number, scope, map);
 }
 
-static inline void tile_draw_clipped(uint number, int4 window, const Scope *scope, global uint *map)
+static inline void tile_draw_clipped(const MapTriangle *t, int4 window, uint number, const Scope *scope,
+                                     global uint *map)
 {
   WindowTriangle in;
-  MapTriangle t = triangle_setup(scope, number);
-  ClipPolygon polygon = depth_clip(scope->view, clip_corner(&t, 0, 0), clip_corner(&t, 1, 0), clip_corner(&t, 2, 0));
+  ClipPolygon polygon = depth_clip(scope->view, clip_corner(t, 0, 0), clip_corner(t, 1, 0), clip_corner(t, 2, 0));
   for (uint i = 2; i < polygon.count; i++)
     if (window_fan_triangle(&in, &polygon, i, scope->view, window)) tile_draw(&in, window, number, scope, map);
 }
 
-kernel void depth_large(global const RasterBlock *blocks, constant RasterView *views, uint view_count,
-                        global uint *maps, global const RasterBox *large, global const uint *counts, uint columns,
+kernel void depth_boxes(global const RasterBlock *blocks, constant RasterView *views, global uint *maps,
+                        global const RasterBox *boxes, global const ulong *box_starts, global const ulong *box_counter,
                         ATTRIBUTE_PARAMETERS)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  local uint queue[QUEUE_SIZE];
-  local uint queued;
-  local TileTriangle triangles[GROUP_SIZE];
-  uint tile = get_group_id(0) % (columns * columns), view = get_group_id(0) / (columns * columns);
-  uint member = get_local_id(0), count = counts[RASTER_LARGE_COUNT];
-  if (view >= view_count || count == 0) return;
-  Scope scope = {&views[view], blocks, &attributes};
-  uint size = scope.view->width, x = tile % columns * RASTER_TILE_PX, y = tile / columns * RASTER_TILE_PX;
-  int4 window =
-      (int4)((int)x, (int)y, (int)min(size - x, (uint)RASTER_TILE_PX), (int)min(size - y, (uint)RASTER_TILE_PX));
-  global uint *map = maps + view * size * size;
-  queue_clear(&queued);
-  for (uint first = 0; first < count; first += GROUP_SIZE) {
-    uint waiting = boxes_gather(queue, &queued, large, first, count, view, x, y);
-    if (waiting <= GROUP_SIZE && first + GROUP_SIZE < count) continue;
-    for (uint done = 0; done < waiting; done += GROUP_SIZE) {
-      uint now = min(waiting - done, (uint)GROUP_SIZE);
-      if (member < now) triangles[member] = tile_triangle(&scope, queue[done + member], window);
-      barrier(CLK_LOCAL_MEM_FENCE);
-      for (uint k = 0; k < now; k++) {
-        TileTriangle t = triangles[k];
+  ulong counter = *box_counter, teams = get_global_size(0) / RASTER_TEAM;
+  BoxTurn turn;
+  for (ulong i = get_global_id(0) / RASTER_TEAM; box_turn(&turn, i, teams, box_starts, counter); i += teams)
+    while (box_next(&turn, boxes, box_starts)) {
+      uint number = turn.box.number;
+      Scope scope = {&views[turn.box.view], blocks, &attributes};
+      MapTriangle t = triangle_setup(&scope, number);
+      global uint *map = maps + turn.box.view * scope.view->width * scope.view->width;
+      for (uint k = turn.from; k < turn.to; k++) {
+        int4 tile = box_tile(turn.box, k), window = (int4)(tile.xy, tile.zw - tile.xy + 1);
+        WindowTriangle in;
         if (t.clipped)
-          tile_draw_clipped(t.number, window, &scope, map);
-        else if (t.there)
-          tile_draw(&t.window, window, t.number, &scope, map);
+          tile_draw_clipped(&t, window, number, &scope, map);
+        else if (triangle_window(&in, &t, window) && window_meets(&in))
+          tile_draw(&in, window, number, &scope, map);
       }
-      barrier(CLK_LOCAL_MEM_FENCE);
     }
-    queue_clear(&queued);
-  }
 }

@@ -13,20 +13,6 @@
 #include "lib/bins.cl"
 #include "lib/map_triangle.cl"
 
-// Could anything within the bounds be on the map?
-static inline bool bounds_on_map(global const RasterBounds *bounds, constant RasterView *view)
-{
-  Float4 before = view->w;
-  before.w -= view->least_w;
-  Float4 planes[6] = {view->x,
-                      row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
-                      view->y,
-                      row_sum(row_scaled(view->y, -1), (float)view->height, view->w),
-                      row_sum(row_scaled(view->depth, -1), 1, view->w),
-                      before};
-  return bounds_meet(bounds, view, planes, view->parallel ? 5 : 6);
-}
-
 kernel void depth_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
                         uint chunk_count, constant RasterView *views, uint view_count, uint columns,
                         global uint *records, global RasterSpan *spans, global uint *starts, global ushort *lists)

@@ -8,17 +8,16 @@
 //         hits, hit_ids       the hit stream of the wave: the bits that trace_closest gives (visibility_resolve)
 //
 //   visibility_small   a work-item a triangle: draws it if its box is small, else lists it
-//   visibility_medium  RASTER_TEAM work-items a listed triangle of medium size
-//   visibility_large   a work-group a tile: looks at all large triangles, keeps those that meet the tile, draws them
+//   visibility_boxes   RASTER_TEAM work-items a tile of a listed triangle
 //   visibility_resolve a work-item a slot: t, u and v of the triangle that won
 //
-//   Cost  44 bytes a triangle, an intersection a triangle and sample of its box, 8 to 24 bytes a slot.
-//   Needs cl_khr_int64_extended_atomics; without it visibility_bins.cl does the same. LANES is 1.
-//   The lists hold every triangle of a pass: nothing overflows. Their order varies, the least key does not.
+//   Cost  44 bytes a triangle of the chunks in view, three sums a triangle and sample of its box, an intersection where
+//         they leave it open, 8 to 24 bytes a slot.
+//   Needs cl_khr_int64_base_atomics and cl_khr_int64_extended_atomics; without them visibility_bins.cl does the same.
+//   LANES is 1. The list holds every triangle of a pass: nothing overflows. Its order varies, the least key does not.
 //
 //   From  Kenzel, Kerbl, Schmalstieg, Steinberger, "A High-Performance Software Graphics Pipeline Architecture for the
-//   GPU",
-//         2018 (size classes); Karis, Stubbe, Wihlidal, "Nanite: A Deep Dive", 2021 (atomic depth and id).
+//         GPU", 2018 (size classes); Karis, Stubbe, Wihlidal, "Nanite: A Deep Dive", 2021 (atomic depth and id).
 
 #pragma OPENCL EXTENSION cl_khr_int64_extended_atomics : enable
 
@@ -126,153 +125,165 @@ static inline uint wave_slot(const Scope *scope, uint x, uint y, uint sample)
   return (tile - first + sample * scope->wave.tile_count) * TILE_PIXELS + tile_slot(x, y);
 }
 
-// The upper half of a key is its second word: devices are little-endian.
-static inline void sample_draw(const Triangle *t, const Scope *scope, uint x, uint y, uint sample, global ulong *keys)
-{
-  uint slot = wave_slot(scope, x, y, sample);
-  if (slot == HIT_NONE) return;
-  SampleRay ray = sample_ray(scope->camera, x, y, scope->offsets[scope->wave.first_sample + sample]);
-  ulong key = sample_key(t, scope, &ray);
-  if (key == ULONG_MAX) return;
-  if (depth_may_fall((volatile global const uint *)&keys[slot] + 1, (uint)(key >> 32))) atom_min(&keys[slot], key);
-}
-
-kernel void visibility_small(global const RasterBlock *blocks, uint first_triangle, uint triangle_count,
-                             constant RasterView *view, constant CameraInfo *camera, constant Float2 *offsets,
-                             uint first_tile, uint tile_count, uint first_sample, uint sample_count, float t_min,
-                             global ulong *keys, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
-{
-  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  uint number = first_triangle + get_global_id(0);
-  if (get_global_id(0) >= triangle_count) return;
-  Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
-  Triangle triangle = triangle_load(blocks, number);
-  if (triangle.id == RASTER_UNUSED) return;
-  uint first_row = first_tile / camera->tiles_per_row * TILE_SIZE;
-  uint end_row = min(((first_tile + tile_count - 1) / camera->tiles_per_row + 1) * TILE_SIZE, camera->height);
-  Vec3L a[3];
-  triangle_relative(a, &triangle, view);
-  VisibleTriangle t = visible_setup(view, a, triangle.flags, 0);
-  if (t.culled || !visible_samples(&t, view, first_row, end_row, offsets + first_sample, sample_count)) return;
-  float2 low_offset = (float2)(0, 0), high_offset = (float2)(1, 1);
-  if (sample_count == 1) low_offset = high_offset = (float2)(offsets[first_sample].x, offsets[first_sample].y);
-  int x0 = max((int)ceil(max(t.low_x, -1.0f) - high_offset.x), 0),
-      y0 = max((int)ceil(max(t.low_y, -1.0f) - high_offset.y), (int)first_row);
-  int x1 = (int)floor(min(t.high_x, (float)view->width) - low_offset.x),
-      y1 = (int)floor(min(t.high_y, (float)end_row) - low_offset.y);
-  x1 = min(x1, (int)view->width - 1);
-  y1 = min(y1, (int)end_row - 1);
-  if (x0 > x1 || y0 > y1 || box_list(number, 0, x0, y0, x1, y1, false, medium, large, counts)) return;
-  for (uint sample = 0; sample < sample_count; sample++)
-    for (int y = y0; y <= y1; y++)
-      for (int x = x0; x <= x1; x++) sample_draw(&triangle, &scope, (uint)x, (uint)y, sample, keys);
-}
-
-kernel void visibility_medium(global const RasterBlock *blocks, constant CameraInfo *camera, constant Float2 *offsets,
-                              uint first_tile, uint tile_count, uint first_sample, uint sample_count, float t_min,
-                              global ulong *keys, global const RasterBox *medium, global const uint *counts,
-                              ATTRIBUTE_PARAMETERS)
-{
-  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
-  uint member = get_global_id(0) % RASTER_TEAM, teams = get_global_size(0) / RASTER_TEAM,
-       count = counts[RASTER_MEDIUM_COUNT];
-  for (uint i = get_global_id(0) / RASTER_TEAM; i < count; i += teams) {
-    RasterBox box = medium[i];
-    Triangle triangle = triangle_load(blocks, box.number);
-    uint x0 = box.x & 0xffffu, y0 = box.y & 0xffffu, width = (box.x >> 16) - x0 + 1,
-         pixels = width * ((box.y >> 16) - y0 + 1);
-    for (uint sample = 0; sample < sample_count; sample++)
-      for (uint at = member; at < pixels; at += RASTER_TEAM)
-        sample_draw(&triangle, &scope, x0 + at % width, y0 + at / width, sample, keys);
-  }
-}
-
-#define TILE_SHARE (RASTER_TILE_PX * RASTER_TILE_PX / GROUP_SIZE)  // samples of a tile that a work-item has
-
-// A triangle set up for the samples of a tile.
-typedef struct TileTriangle {
-  Vec3L corner[3];  // world space
-  uint id, flags;
+// Where a triangle may be met: what these let in, triangle_intersect decides.
+typedef struct SampleEdges {
   float edge_x[3], edge_y[3], edge_0[3];  // >= 0 (or NaN) at a sample that may be met
-} TileTriangle;
+  uint nearest;                           // bits of a depth that no hit is before
+} SampleEdges;
 
-static inline TileTriangle tile_triangle(global const RasterBlock *blocks, uint number, constant RasterView *view)
+// A hit is not before the triangle's bounding box, not even where its t is in doubt (lib/visible.cl).
+static inline uint nearest_depth(constant RasterView *view, const Vec3L a[3])
 {
-  TileTriangle out;
-  Vec3L a[3];
-  Triangle triangle = triangle_load(blocks, number);
-  triangle_relative(a, &triangle, view);
-  VisibleTriangle t = visible_setup(view, a, triangle.flags, 0);
-  out.id = triangle.id;
-  out.flags = triangle.flags;
+  Vec3L low, high;
+  low.x = min3_lane(a[0].x, a[1].x, a[2].x), high.x = max3_lane(a[0].x, a[1].x, a[2].x);
+  low.y = min3_lane(a[0].y, a[1].y, a[2].y), high.y = max3_lane(a[0].y, a[1].y, a[2].y);
+  low.z = min3_lane(a[0].z, a[1].z, a[2].z), high.z = max3_lane(a[0].z, a[1].z, a[2].z);
+  Float4 row = view->depth;
+  float nearest = min(row.x * low.x, row.x * high.x) + min(row.y * low.y, row.y * high.y) +
+                  min(row.z * low.z, row.z * high.z) + row.w;
+  float far_off = max(fabs(low.x), fabs(high.x)) + max(fabs(low.y), fabs(high.y)) + max(fabs(low.z), fabs(high.z));
+  nearest -= 4 * RASTER_ROUNDING * far_off + view->error_m;
+  return nearest > 0 ? as_uint(nearest) : 0;  // 0 for NaN
+}
+
+static inline SampleEdges sample_edges(const VisibleTriangle *t, constant RasterView *view, const Vec3L a[3])
+{
+  SampleEdges out;
   for (uint i = 0; i < 3; i++) {
-    out.corner[i] = vec3l(triangle.corner[i].x, triangle.corner[i].y, triangle.corner[i].z);
-    out.edge_x[i] = t.edge_x[i];
-    out.edge_y[i] = t.edge_y[i];
-    out.edge_0[i] = t.edge_0[i] - 1.5f * (fabs(t.edge_x[i]) + t.edge_x[i] + fabs(t.edge_y[i]) + t.edge_y[i]);
+    out.edge_x[i] = t->edge_x[i];
+    out.edge_y[i] = t->edge_y[i];
+    out.edge_0[i] = t->edge_0[i] - 1.5f * (fabs(t->edge_x[i]) + t->edge_x[i] + fabs(t->edge_y[i]) + t->edge_y[i]);
   }
+  out.nearest = nearest_depth(view, a);
   return out;
 }
 
-// Draws `count` triangles at the work-item's samples of the tile: 8 x 8 pixels of it after each other.
-static inline void tile_draw(local const TileTriangle *triangles, uint count, const Scope *scope, uint tile_x,
-                             uint tile_y, uint sample, global ulong *keys)
+static inline bool edges_meet(const SampleEdges *e, float x, float y)
 {
-  uint member = get_local_id(0);
-  Float2 offset = scope->offsets[scope->wave.first_sample + sample];
-  for (uint i = 0; i < TILE_SHARE; i++) {
-    uint at = i * GROUP_SIZE + member, square = at / 64;
-    uint x = tile_x + square % (RASTER_TILE_PX / 8) * 8 + at % 8,
-         y = tile_y + square / (RASTER_TILE_PX / 8) * 8 + at % 64 / 8;
-    if (x >= scope->camera->width || y >= scope->camera->height) continue;
-    uint slot = wave_slot(scope, x, y, sample);
-    if (slot == HIT_NONE) continue;
-    SampleRay ray = sample_ray(scope->camera, x, y, offset);
-    float sample_x = (float)x + offset.x, sample_y = (float)y + offset.y;
-    ulong before = keys[slot], best = before;
-    for (uint k = 0; k < count; k++) {
-      local const TileTriangle *t = &triangles[k];
-      if (t->edge_0[0] + t->edge_x[0] * sample_x + t->edge_y[0] * sample_y < 0 ||
-          t->edge_0[1] + t->edge_x[1] * sample_x + t->edge_y[1] * sample_y < 0 ||
-          t->edge_0[2] + t->edge_x[2] * sample_x + t->edge_y[2] * sample_y < 0)
-        continue;
-      Triangle triangle = {.id = t->id, .flags = t->flags};
-      for (uint c = 0; c < 3; c++) triangle.corner[c] = (float3)(t->corner[c].x, t->corner[c].y, t->corner[c].z);
-      ulong key = sample_key(&triangle, scope, &ray);
-      best = key < best ? key : best;
-    }
-    if (best != before) keys[slot] = best;
+  return !(e->edge_0[0] + e->edge_x[0] * x + e->edge_y[0] * y < 0 ||
+           e->edge_0[1] + e->edge_x[1] * x + e->edge_y[1] * y < 0 ||
+           e->edge_0[2] + e->edge_x[2] * x + e->edge_y[2] * y < 0);
+}
+
+// Could a sample of the pixels from (x0, y0) to (x1, y1) be met?
+static inline bool edges_meet_pixels(const SampleEdges *e, int x0, int y0, int x1, int y1)
+{
+  for (uint i = 0; i < 3; i++) {
+    float x = (float)(e->edge_x[i] > 0 ? x1 + 1 : x0), y = (float)(e->edge_y[i] > 0 ? y1 + 1 : y0);
+    if (e->edge_0[i] + e->edge_x[i] * x + e->edge_y[i] * y < 0) return false;
+  }
+  return true;
+}
+
+// The upper half of a key is its second word: devices are little-endian.
+static inline void sample_draw(const Triangle *t, const SampleEdges *edges, const Scope *scope, uint x, uint y,
+                               uint sample, Float2 offset, global ulong *keys)
+{
+  uint slot = wave_slot(scope, x, y, sample);
+  if (slot == HIT_NONE) return;
+  volatile global const uint *depth = (volatile global const uint *)&keys[slot] + 1;
+  if (!depth_may_fall(depth, edges->nearest)) return;
+  SampleRay ray = sample_ray(scope->camera, x, y, offset);
+  ulong key = sample_key(t, scope, &ray);
+  if (key == ULONG_MAX) return;
+  if (depth_may_fall(depth, (uint)(key >> 32))) atom_min(&keys[slot], key);
+}
+
+// Moves (x, y) on, row by row, to the next sample that may be met.
+static inline bool sample_next(const SampleEdges *edges, Float2 offset, int4 bounds, int *x, int *y)
+{
+  for (; *y <= bounds.w; (*y)++, *x = bounds.x)
+    for (; *x <= bounds.z; (*x)++)
+      if (edges_meet(edges, (float)*x + offset.x, (float)*y + offset.y)) return true;
+  return false;
+}
+
+// Pixels that may be met, within the picture's rows [first_row, end_row); false where there is none.
+static inline bool visible_box(int4 *out, const VisibleTriangle *t, constant RasterView *view, uint first_row,
+                               uint end_row, constant Float2 *offsets, uint sample_count)
+{
+  if (t->culled || !visible_samples(t, view, first_row, end_row, offsets, sample_count)) return false;
+  float2 low_offset = (float2)(0, 0), high_offset = (float2)(1, 1);
+  if (sample_count == 1) low_offset = high_offset = (float2)(offsets->x, offsets->y);
+  int x0 = max((int)ceil(max(t->low_x, -1.0f) - high_offset.x), 0),
+      y0 = max((int)ceil(max(t->low_y, -1.0f) - high_offset.y), (int)first_row);
+  int x1 = (int)floor(min(t->high_x, (float)view->width) - low_offset.x),
+      y1 = (int)floor(min(t->high_y, (float)end_row) - low_offset.y);
+  x1 = min(x1, (int)view->width - 1);
+  y1 = min(y1, (int)end_row - 1);
+  *out = (int4)(x0, y0, x1, y1);
+  return x0 <= x1 && y0 <= y1;
+}
+
+kernel void visibility_small(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
+                             uint triangle_count, constant RasterView *view, constant CameraInfo *camera,
+                             constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
+                             uint sample_count, float t_min, global ulong *keys, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+{
+  local uint queued;
+  local ulong first;
+  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
+  uint number = first_triangle + get_global_id(0);
+  if (get_global_id(0) >= triangle_count) return;  // whole work-groups, here and below: a chunk is of whole ones
+  uint first_row = first_tile / camera->tiles_per_row * TILE_SIZE;
+  uint end_row = min(((first_tile + tile_count - 1) / camera->tiles_per_row + 1) * TILE_SIZE, camera->height);
+  if (!bounds_visible(&bounds[number / RASTER_CHUNK], view, (float)first_row, (float)end_row)) return;
+  Triangle triangle = triangle_load(blocks, number);
+  Vec3L a[3];
+  triangle_relative(a, &triangle, view);
+  VisibleTriangle t = visible_setup(view, a, triangle.flags, triangle.id == RASTER_UNUSED);
+  int4 box = (int4)(0);
+  bool seen = visible_box(&box, &t, view, first_row, end_row, offsets + first_sample, sample_count);
+  bool small = seen && box_is_small(box.x, box.y, box.z, box.w);
+  box_list(seen && !small, box_of(number, 0, box), &queued, &first, boxes, box_starts, box_counter);
+  if (!small) return;
+  SampleEdges edges = sample_edges(&t, view, a);
+  for (uint sample = 0; sample < sample_count; sample++) {
+    Float2 offset = offsets[first_sample + sample];
+    int x = box.x, y = box.y;
+    for (; sample_next(&edges, offset, box, &x, &y); x++)
+      sample_draw(&triangle, &edges, &scope, (uint)x, (uint)y, sample, offset, keys);
   }
 }
 
-kernel void visibility_large(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
+// A team's part of the triangle in one tile, `tile` (first and last pixel).
+static inline void tile_draw(const Triangle *t, const SampleEdges *edges, const Scope *scope, int4 bounds, int4 tile,
+                             global ulong *keys)
+{
+  if (!edges_meet_pixels(edges, tile.x, tile.y, tile.z, tile.w)) return;
+  int2 member = piece_pixel(get_global_id(0) % RASTER_TEAM);
+  for (int y = tile.y + member.y; y <= tile.w; y += 4)
+    for (int x = tile.x + member.x; x <= tile.z; x += 8) {
+      if (x < bounds.x || y < bounds.y) continue;
+      for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
+        Float2 offset = scope->offsets[scope->wave.first_sample + sample];
+        if (edges_meet(edges, (float)x + offset.x, (float)y + offset.y))
+          sample_draw(t, edges, scope, (uint)x, (uint)y, sample, offset, keys);
+      }
+    }
+}
+
+kernel void visibility_boxes(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
                              constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
-                             uint sample_count, float t_min, global ulong *keys, global const RasterBox *large,
-                             global const uint *counts, uint columns, uint first_row, uint rows, ATTRIBUTE_PARAMETERS)
+                             uint sample_count, float t_min, global ulong *keys, global const RasterBox *boxes,
+                             global const ulong *box_starts, global const ulong *box_counter, ATTRIBUTE_PARAMETERS)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
-  local uint queue[QUEUE_SIZE];
-  local uint queued;
-  local TileTriangle triangles[GROUP_SIZE];
-  uint group = get_group_id(0), member = get_local_id(0), count = counts[RASTER_LARGE_COUNT];
-  uint x = group % columns * RASTER_TILE_PX, y = (first_row + group / columns % rows) * RASTER_TILE_PX;
-  uint sample = group / (columns * rows);
-  if (sample >= sample_count || count == 0) return;
-  queue_clear(&queued);
-  for (uint first = 0; first < count; first += GROUP_SIZE) {
-    uint waiting = boxes_gather(queue, &queued, large, first, count, 0, x, y);
-    if (waiting <= GROUP_SIZE && first + GROUP_SIZE < count) continue;
-    for (uint done = 0; done < waiting; done += GROUP_SIZE) {
-      uint now = min(waiting - done, (uint)GROUP_SIZE);
-      if (member < now) triangles[member] = tile_triangle(blocks, queue[done + member], view);
-      barrier(CLK_LOCAL_MEM_FENCE);
-      tile_draw(triangles, now, &scope, x, y, sample, keys);
-      barrier(CLK_LOCAL_MEM_FENCE);
+  ulong counter = *box_counter, teams = get_global_size(0) / RASTER_TEAM;
+  BoxTurn turn;
+  for (ulong i = get_global_id(0) / RASTER_TEAM; box_turn(&turn, i, teams, box_starts, counter); i += teams)
+    while (box_next(&turn, boxes, box_starts)) {
+      Triangle triangle = triangle_load(blocks, turn.box.number);
+      Vec3L a[3];
+      triangle_relative(a, &triangle, view);
+      VisibleTriangle t = visible_setup(view, a, triangle.flags, 0);
+      SampleEdges edges = sample_edges(&t, view, a);
+      int4 bounds = box_bounds(turn.box);
+      for (uint tile = turn.from; tile < turn.to; tile++)
+        tile_draw(&triangle, &edges, &scope, bounds, box_tile(turn.box, tile), keys);
     }
-    queue_clear(&queued);
-  }
 }
 
 kernel void visibility_resolve(constant CameraInfo *camera, constant Float2 *offsets, uint first_tile, uint tile_count,

@@ -13,22 +13,6 @@
 #include "lib/bins.cl"
 #include "lib/visible.cl"
 
-// Could anything within the bounds be in the picture's rows [low_row, high_row)?
-static inline bool bounds_visible(global const RasterBounds *bounds, constant RasterView *view, float low_row,
-                                  float high_row)
-{
-  Float4 near = view->depth, far = row_scaled(view->depth, -1);
-  near.w -= view->near;
-  far.w += view->far;
-  Float4 planes[6] = {view->x,
-                      row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
-                      row_sum(view->y, -low_row, view->w),
-                      row_sum(row_scaled(view->y, -1), high_row, view->w),
-                      near,
-                      far};
-  return bounds_meet(bounds, view, planes, 6);
-}
-
 kernel void visibility_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
                              uint chunk_count, constant RasterView *view, constant Float2 *offsets, uint sample_count,
                              uint columns, uint first_row, uint rows, global uint *records, global RasterSpan *spans,

@@ -59,7 +59,7 @@ SHARED_SIZE(RasterSpan, 20);
 // corner before division, for whoever draws it to clip.
 #define DEPTH_CLIPPED 0x80000000u
 
-// A triangle that a work-item of its own would take too long for, in the lists of the direct way
+// A triangle that a work-item of its own would take too long for, in the list of the direct way
 // (cl/raster/*_direct.cl).
 typedef struct RasterBox {
   uint number;  // of the triangle in the blocks
@@ -68,15 +68,10 @@ typedef struct RasterBox {
 } RasterBox;
 SHARED_SIZE(RasterBox, 16);
 
-#define RASTER_SMALL_PX 36   // pixels of a box up to which one work-item draws the triangle
-#define RASTER_MEDIUM_PX 32  // side of a box up to which RASTER_TEAM work-items do
+#define RASTER_SMALL_PX 36  // pixels of a box up to which one work-item draws the triangle
+#define RASTER_TILE_PX 32   // RASTER_TEAM work-items draw a larger one by tiles of this side
 #define RASTER_TEAM 32
-#define RASTER_TILE_PX 32  // larger ones are drawn by work-groups, one a tile of this side
-
-// Counters of those lists.
-#define RASTER_MEDIUM_COUNT 0
-#define RASTER_LARGE_COUNT 1
-#define RASTER_COUNTS 2
+#define RASTER_TURN_TILES 8  // tiles, at most, that a team takes at once
 
 // Sums of what raster took, each of two words, low word first.
 #define RASTER_COST_TESTS 0    // triangles tried on blocks of 4 x 4 samples

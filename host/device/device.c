@@ -67,7 +67,8 @@ static void candidate_describe(Candidate *candidate)
   clGetDeviceInfo(id, CL_DEVICE_TYPE, sizeof type, &type, NULL);
   info->is_gpu = type & CL_DEVICE_TYPE_GPU;
   info->is_pocl = strstr(info->platform, "Portable Computing Language") != NULL;
-  info->int64_atomics = has_extension(id, "cl_khr_int64_extended_atomics");
+  info->int64_atomics =
+      has_extension(id, "cl_khr_int64_base_atomics") && has_extension(id, "cl_khr_int64_extended_atomics");
   cl_ulong bytes = 0;
   clGetDeviceInfo(id, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof bytes, &bytes, NULL);
   info->memory_bytes = bytes;

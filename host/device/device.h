@@ -21,7 +21,7 @@ typedef struct DeviceTraits {
 typedef struct DeviceInfo {
   char name[128], platform[128], driver[128], version[128];
   bool is_gpu, is_pocl;
-  bool int64_atomics;  // cl_khr_int64_extended_atomics
+  bool int64_atomics;  // cl_khr_int64_base_atomics and cl_khr_int64_extended_atomics
   uint64_t memory_bytes, max_buffer_bytes;
   uint32_t compute_units;
   uint32_t vector_width;  // native floats in a register

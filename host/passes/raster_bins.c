@@ -39,10 +39,10 @@ Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, Log *l
 {
   Status status = STATUS_OK;
   RasterBoxes made = {0};
-  size_t bytes = chunks * RASTER_CHUNK * sizeof(RasterBox);
-  TRY(buffer_create(&made.medium, device, bytes, NULL, "raster triangles", log));
-  TRY(buffer_create(&made.large, device, bytes, NULL, "raster triangles", log));
-  TRY(buffer_create(&made.counts, device, RASTER_COUNTS * sizeof(uint32_t), NULL, "raster triangles", log));
+  size_t room = chunks * RASTER_CHUNK;
+  TRY(buffer_create(&made.boxes, device, room * sizeof(RasterBox), NULL, "raster triangles", log));
+  TRY(buffer_create(&made.starts, device, room * sizeof(uint64_t), NULL, "raster triangles", log));
+  TRY(buffer_create(&made.counter, device, sizeof(uint64_t), NULL, "raster triangles", log));
   *out = made;
   made = (RasterBoxes){0};
 
@@ -53,7 +53,13 @@ done:
 
 void raster_boxes_free(RasterBoxes *boxes)
 {
-  buffer_free(&boxes->medium);
-  buffer_free(&boxes->large);
-  buffer_free(&boxes->counts);
+  buffer_free(&boxes->boxes);
+  buffer_free(&boxes->starts);
+  buffer_free(&boxes->counter);
+}
+
+size_t raster_team_items(const Device *device)
+{
+  const uint32_t per_unit = 64 * RASTER_TEAM;  // work-items of 64 warps: what a compute unit keeps at most
+  return (size_t)device_info(device)->compute_units * per_unit;
 }

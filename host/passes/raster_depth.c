@@ -30,8 +30,7 @@ static Status direct_make(RasterDepth *raster, Device *device, const DeviceScene
   Program *program = NULL;
   TRY(raster_program(&program, device, scene, "raster/depth_direct.cl", log));
   TRY(program_kernel(&raster->small, program, "depth_small", log));
-  TRY(program_kernel(&raster->medium, program, "depth_medium", log));
-  TRY(program_kernel(&raster->large, program, "depth_large", log));
+  TRY(program_kernel(&raster->teams, program, "depth_boxes", log));
   TRY(raster_boxes_make(&raster->boxes, device, raster->pass_chunks, log));
 
 done:
@@ -46,7 +45,7 @@ Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *sc
   if (size_px == 0 || size_px % 4 || size_px > 8192 || view_capacity == 0)
     return log_fail(log, STATUS_USAGE, "depth map: %u texels a side: use a multiple of 4 up to 8192", size_px);
   uint32_t usual = options->pass_chunks ? options->pass_chunks : RASTER_PASS_CHUNKS;
-  raster.way = raster_way(options, device, false);
+  raster.way = raster_way(options, device);
   raster.pass_chunks = smaller(usual < view_capacity ? view_capacity : usual, triangles->chunk_count * view_capacity);
   TRY(buffer_create(&raster.views, device, view_capacity * sizeof(RasterView), NULL, "depth views", log));
   TRY(buffer_create(&raster.maps, device, (size_t)size_px * size_px * view_capacity * sizeof(float), NULL, "depth maps",
@@ -62,7 +61,7 @@ done:
 
 void raster_depth_free(RasterDepth *raster)
 {
-  Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->small, &raster->medium, &raster->large};
+  Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->small, &raster->teams};
   for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
   raster_bins_free(&raster->binned);
   raster_boxes_free(&raster->boxes);
@@ -100,29 +99,22 @@ static Status direct_draw(RasterDepth *raster, Device *device, const DeviceScene
                           uint32_t view_count, Log *log)
 {
   Status status = STATUS_OK;
-  uint32_t columns = divide_up(raster->size_px, RASTER_TILE_PX), group = device_traits(device)->group_size;
   uint32_t pass_chunks = raster->pass_chunks / view_count;
-  size_t teams = (size_t)device_info(device)->compute_units * 16 * group;
   TRY(buffer_fill_words(device, &raster->maps, far_depth, log));
   for (uint32_t first = 0; first < triangles->chunk_count; first += pass_chunks) {
     uint32_t first_triangle = first * RASTER_CHUNK;
     uint32_t count = smaller(pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
     uint64_t items = (uint64_t)count * view_count;
-    TRY(buffer_zero(device, &raster->boxes.counts, log));
+    TRY(buffer_zero(device, &raster->boxes.counter, log));
     TRY(device_launch(device, &raster->small, items, items, "set up triangles of depth maps, raster small ones",
-                      ARGS(ARG_BUFFER(triangles->blocks), ARG(first_triangle), ARG(count), ARG_BUFFER(raster->views),
-                           ARG(view_count), ARG_BUFFER(raster->maps), ARG_BUFFER(raster->boxes.medium),
-                           ARG_BUFFER(raster->boxes.large), ARG_BUFFER(raster->boxes.counts), ATTRIBUTE_ARGS(scene)),
+                      ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first_triangle),
+                           ARG(count), ARG_BUFFER(raster->views), ARG(view_count), ARG_BUFFER(raster->maps),
+                           BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
                       log));
-    TRY(device_launch(device, &raster->medium, teams, 0, "raster depth maps, medium triangles",
+    TRY(device_launch(device, &raster->teams, raster_team_items(device), 0, "raster depth maps, large triangles",
                       ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG_BUFFER(raster->maps),
-                           ARG_BUFFER(raster->boxes.medium), ARG_BUFFER(raster->boxes.counts), ATTRIBUTE_ARGS(scene)),
+                           BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
                       log));
-    TRY(device_launch(
-        device, &raster->large, (size_t)columns * columns * view_count * group, 0, "raster depth maps, large triangles",
-        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG(view_count), ARG_BUFFER(raster->maps),
-             ARG_BUFFER(raster->boxes.large), ARG_BUFFER(raster->boxes.counts), ARG(columns), ATTRIBUTE_ARGS(scene)),
-        log));
   }
 
 done:

@@ -5,11 +5,11 @@
 #include "shared/bvh.h"
 #include "shared/raster.h"
 
-RasterWay raster_way(const RasterOptions *options, const Device *device, bool needs_int64_atomics)
+RasterWay raster_way(const RasterOptions *options, const Device *device)
 {
   const DeviceInfo *info = device_info(device);
   if (options->way != RASTER_WAY_BEST) return options->way;
-  bool direct = info->is_gpu && device_traits(device)->lanes == 1 && (info->int64_atomics || !needs_int64_atomics);
+  bool direct = info->is_gpu && device_traits(device)->lanes == 1 && info->int64_atomics;
   return direct ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
 }
 
@@ -34,7 +34,7 @@ Status raster_scene_make(RasterScene *out, Device *device, const DeviceScene *sc
   Kernel kernel = {0};
   uint32_t triangles = (uint32_t)(scene->bvh2_triangles.bytes / sizeof(BvhTriangle));
   RasterScene made = {.triangle_count = triangles, .chunk_count = (triangles + RASTER_CHUNK - 1) / RASTER_CHUNK};
-  TRY(raster_program(&program, device, scene, raster_visibility_path(raster_way(options, device, true)), log));
+  TRY(raster_program(&program, device, scene, raster_visibility_path(raster_way(options, device)), log));
   TRY(program_kernel(&kernel, program, "triangle_pack", log));
   size_t blocks = (size_t)made.chunk_count * RASTER_CHUNK_BLOCKS;
   TRY(buffer_create(&made.blocks, device, blocks * sizeof(RasterBlock), NULL, "triangles to raster", log));

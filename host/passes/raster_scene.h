@@ -23,9 +23,8 @@ typedef struct RasterOptions {
 
 enum { RASTER_PASS_CHUNKS = 1024, RASTER_PASS_BINS = 4096 };
 
-// The way on this device: direct where LANES is 1, the device is a GPU and, for camera visibility, it has 64-bit
-// atomics.
-RasterWay raster_way(const RasterOptions *options, const Device *device, bool needs_int64_atomics);
+// The way on this device: direct where LANES is 1 and the device is a GPU with 64-bit atomics.
+RasterWay raster_way(const RasterOptions *options, const Device *device);
 
 // Builds a program of cl/raster. It knows of the scene's surfaces only where alpha MASK makes it read them.
 Status raster_program(Program **out, Device *device, const DeviceScene *scene, const char *path, Log *log);

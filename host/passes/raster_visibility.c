@@ -30,8 +30,7 @@ static Status direct_make(RasterVisibility *raster, Device *device, const Device
   Program *program = NULL;
   TRY(raster_program(&program, device, scene, raster_visibility_path(raster->way), log));
   TRY(program_kernel(&raster->small, program, "visibility_small", log));
-  TRY(program_kernel(&raster->medium, program, "visibility_medium", log));
-  TRY(program_kernel(&raster->large, program, "visibility_large", log));
+  TRY(program_kernel(&raster->teams, program, "visibility_boxes", log));
   TRY(program_kernel(&raster->resolve, program, "visibility_resolve", log));
   TRY(raster_boxes_make(&raster->boxes, device, raster->pass_chunks, log));
 
@@ -43,7 +42,7 @@ Status raster_visibility_make(RasterVisibility *out, Device *device, const Devic
                               const RasterScene *triangles, const RasterOptions *options, Log *log)
 {
   Status status = STATUS_OK;
-  RasterVisibility raster = {.way = raster_way(options, device, true)};
+  RasterVisibility raster = {.way = raster_way(options, device)};
   raster.pass_bins = options->pass_bins ? options->pass_bins : RASTER_PASS_BINS;
   raster.pass_chunks =
       smaller(options->pass_chunks ? options->pass_chunks : RASTER_PASS_CHUNKS, triangles->chunk_count);
@@ -87,8 +86,7 @@ done:
 
 void raster_visibility_free(RasterVisibility *raster)
 {
-  Kernel *kernels[] = {&raster->setup,  &raster->bins,  &raster->small,
-                       &raster->medium, &raster->large, &raster->resolve};
+  Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->small, &raster->teams, &raster->resolve};
   for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
   raster_bins_free(&raster->binned);
   raster_boxes_free(&raster->boxes);
@@ -132,45 +130,32 @@ done:
   return status;
 }
 
-// The wave in three sizes of triangles, by passes over the scene's chunks, and then the hits.
+// The wave in two sizes of triangles, by passes over the scene's chunks, and then the hits.
 static Status direct_draw(RasterVisibility *raster, Device *device, const DeviceScene *scene,
                           const RasterScene *triangles, const CameraRays *camera, const Wave *wave,
                           const HitStream *hits, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
   const CameraInfo *info = &camera->info;
-  uint32_t group = device_traits(device)->group_size, slots = wave_rays(wave);
-  uint32_t first_px = wave->first_tile / info->tiles_per_row * TILE_SIZE;
-  uint32_t end_px =
-      smaller(divide_up(wave->first_tile + wave->tile_count, info->tiles_per_row) * TILE_SIZE, info->height);
-  uint32_t columns = divide_up(info->width, RASTER_TILE_PX), first_row = first_px / RASTER_TILE_PX;
-  uint32_t rows = divide_up(end_px, RASTER_TILE_PX) - first_row;
-  size_t teams = (size_t)device_info(device)->compute_units * 16 * group;
+  uint32_t slots = wave_rays(wave);
   TRY(buffer_fill_words(device, &raster->keys, 0xffffffffu, log));
   for (uint32_t first = 0; first < triangles->chunk_count; first += raster->pass_chunks) {
     uint32_t first_triangle = first * RASTER_CHUNK;
     uint32_t count = smaller(raster->pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
-    TRY(buffer_zero(device, &raster->boxes.counts, log));
-    TRY(device_launch(device, &raster->small, count, count, "set up triangles, raster small ones",
-                      ARGS(ARG_BUFFER(triangles->blocks), ARG(first_triangle), ARG(count), ARG_BUFFER(raster->view),
-                           ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile),
-                           ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),
-                           ARG_BUFFER(raster->keys), ARG_BUFFER(raster->boxes.medium), ARG_BUFFER(raster->boxes.large),
-                           ARG_BUFFER(raster->boxes.counts), ATTRIBUTE_ARGS(scene)),
-                      log));
-    TRY(device_launch(device, &raster->medium, teams, 0, "raster triangles of medium size",
-                      ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets),
-                           ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
-                           ARG(wave->sample_count), ARG(info->near_m), ARG_BUFFER(raster->keys),
-                           ARG_BUFFER(raster->boxes.medium), ARG_BUFFER(raster->boxes.counts), ATTRIBUTE_ARGS(scene)),
-                      log));
+    TRY(buffer_zero(device, &raster->boxes.counter, log));
     TRY(device_launch(
-        device, &raster->large, (size_t)columns * rows * wave->sample_count * group, 0, "raster large triangles",
-        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera),
-             ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
-             ARG(wave->sample_count), ARG(info->near_m), ARG_BUFFER(raster->keys), ARG_BUFFER(raster->boxes.large),
-             ARG_BUFFER(raster->boxes.counts), ARG(columns), ARG(first_row), ARG(rows), ATTRIBUTE_ARGS(scene)),
+        device, &raster->small, count, count, "set up triangles, raster small ones",
+        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first_triangle), ARG(count),
+             ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile),
+             ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),
+             ARG_BUFFER(raster->keys), BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
         log));
+    TRY(device_launch(device, &raster->teams, raster_team_items(device), 0, "raster large triangles",
+                      ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera),
+                           ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count),
+                           ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),
+                           ARG_BUFFER(raster->keys), BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
+                      log));
   }
   TRY(device_launch(
       device, &raster->resolve, slots, slots, "raster camera visibility",
