@@ -33,6 +33,33 @@ static inline void stream_add_weight(global const float *rays, uint capacity, ui
   radiance[slots[ray]] += weight * share;
 }
 
+#if LANES == 1
+// The place of one more ray in a stream. On NVIDIA work-items of a warp that come here together share one atomic: one
+// each would take longer than all the rest of shading.
+static inline uint place_take(global uint *count)
+{
+#ifdef __NV_CL_C_VERSION
+  uint here, below, low, high, alike, place = 0;
+  asm volatile("activemask.b32 %0;" : "=r"(here));
+  asm volatile("mov.u32 %0, %%lanemask_lt;" : "=r"(below));
+  uint first = 31 - clz(here & -here), own_low = (uint)(ulong)count, own_high = (uint)((ulong)count >> 32);
+  asm volatile("shfl.sync.idx.b32 %0, %1, %2, 31, %3;" : "=r"(low) : "r"(own_low), "r"(first), "r"(here));
+  asm volatile("shfl.sync.idx.b32 %0, %1, %2, 31, %3;" : "=r"(high) : "r"(own_high), "r"(first), "r"(here));
+  uint is_alike = low == own_low && high == own_high;
+  asm volatile("{ .reg .pred p; setp.ne.u32 p, %1, 0; vote.sync.ballot.b32 %0, p, %2; }"
+               : "=r"(alike)
+               : "r"(is_alike), "r"(here));
+  if (!is_alike) return atomic_inc(count);
+  below &= alike;
+  if (below == 0) place = atomic_add(count, (uint)popcount(alike));
+  asm volatile("shfl.sync.idx.b32 %0, %1, %2, 31, %3;" : "=r"(place) : "r"(place), "r"(first), "r"(alike));
+  return place + (uint)popcount(below);
+#else
+  return atomic_inc(count);
+#endif
+}
+#endif
+
 // Appends the lanes of `mask` to a stream, packed, in lane order; `density` goes to RAY_DENSITY where `has_density`.
 static inline void stream_append_path(IntL mask, Vec3L origin, Vec3L direction, FloatL t_max, Vec3L weight, UintL slot,
                                       bool has_density, FloatL density, global float *rays, uint capacity,
@@ -41,7 +68,7 @@ static inline void stream_append_path(IntL mask, Vec3L origin, Vec3L direction, 
   uint bits = lane_bits(mask);
   if (!bits) return;
 #if LANES == 1
-  uint at = atomic_inc(count);  // by a constant: compilers join those of a warp
+  uint at = place_take(count);
 #else
   uint at = atomic_add(count, (uint)popcount(bits));
   if (popcount(bits) == LANES) {

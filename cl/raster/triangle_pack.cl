@@ -5,7 +5,7 @@
 //   out   blocks     [chunk_count][RASTER_CHUNK_BLOCKS]; unused slots are marked
 //         bounds     [chunk_count]
 //
-//   Cost  92 bytes moved a triangle; one work-item a chunk.
+//   Cost  92 bytes moved a triangle; one work-group a chunk.
 //   Leaf order keeps neighbours together: a chunk is a compact piece of the scene, which a view keeps or drops as a
 //   whole.
 
@@ -15,10 +15,10 @@
 kernel void triangle_pack(global const BvhTriangle *triangles, uint triangle_count, global RasterBlock *blocks,
                           global RasterBounds *bounds)
 {
-  uint chunk = get_global_id(0), chunk_count = (triangle_count + RASTER_CHUNK - 1) / RASTER_CHUNK;
-  if (chunk >= chunk_count) return;
-  float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-  for (uint i = 0; i < RASTER_CHUNK; i++) {
+  local RasterBounds parts[GROUP_SIZE];
+  uint chunk = get_group_id(0), member = get_local_id(0);
+  RasterBounds own = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+  for (uint i = member; i < RASTER_CHUNK; i += GROUP_SIZE) {
     uint from = chunk * RASTER_CHUNK + i, slot = i % RASTER_STEP;
     global RasterBlock *block = &blocks[chunk * RASTER_CHUNK_BLOCKS + i / RASTER_STEP];
     bool used = from < triangle_count;
@@ -29,13 +29,21 @@ kernel void triangle_pack(global const BvhTriangle *triangles, uint triangle_cou
       for (uint axis = 0; axis < 3; axis++) {
         float value = triangle->vertex[corner][axis];
         block->vertex[corner][axis][slot] = value;
-        low[axis] = value < low[axis] ? value : low[axis];
-        high[axis] = value > high[axis] ? value : high[axis];
+        own.low[axis] = value < own.low[axis] ? value : own.low[axis];
+        own.high[axis] = value > own.high[axis] ? value : own.high[axis];
       }
     }
   }
-  for (uint axis = 0; axis < 3; axis++) {
-    bounds[chunk].low[axis] = low[axis];
-    bounds[chunk].high[axis] = high[axis];
+  parts[member] = own;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (member >= 3) return;
+  for (uint axis = member; axis < 3; axis += GROUP_SIZE) {
+    float low = INFINITY, high = -INFINITY;
+    for (uint i = 0; i < GROUP_SIZE; i++) {
+      low = parts[i].low[axis] < low ? parts[i].low[axis] : low;
+      high = parts[i].high[axis] > high ? parts[i].high[axis] : high;
+    }
+    bounds[chunk].low[axis] = low;
+    bounds[chunk].high[axis] = high;
   }
 }

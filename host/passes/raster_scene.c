@@ -40,7 +40,8 @@ Status raster_scene_make(RasterScene *out, Device *device, const DeviceScene *sc
   TRY(buffer_create(&made.blocks, device, blocks * sizeof(RasterBlock), NULL, "triangles to raster", log));
   TRY(buffer_create(&made.bounds, device, made.chunk_count * sizeof(RasterBounds), NULL, "triangles to raster", log));
   TRY(device_launch(
-      device, &kernel, made.chunk_count, triangles, "pack triangles for raster",
+      device, &kernel, (size_t)made.chunk_count * device_traits(device)->group_size, triangles,
+      "pack triangles for raster",
       ARGS(ARG_BUFFER(scene->bvh2_triangles), ARG(triangles), ARG_BUFFER(made.blocks), ARG_BUFFER(made.bounds)), log));
   *out = made;
   made = (RasterScene){0};
