@@ -1,9 +1,11 @@
-// The direct way to raster: a work-item draws a triangle whose box of pixels is small, and lists it otherwise, to be
-// drawn tile by tile by teams of RASTER_TEAM work-items. LANES is 1.
+// The direct way to raster: a work-item draws a triangle whose box of pixels is small. What is larger is drawn tile by
+// tile, by teams of RASTER_TEAM work-items: a box of one tile is listed as such at once, larger boxes are listed to be
+// split. LANES is 1.
 //
 // One 64-bit counter, the number of boxes << BOX_SHIFT | the number of their tiles, gives a box its place in the list
-// and the number of its first tile at once. So these numbers rise along the list, and whoever is to draw a tile finds
-// its box by binary search.
+// and the number of its first tile at once. So these numbers rise along the list, and the work-item that looks at a
+// tile of all finds its box by binary search. Tiles that the triangle does not meet, most of those of slivers and of
+// triangles about the eye, go no further.
 //
 //   Needs cl_khr_int64_base_atomics.
 
@@ -18,8 +20,10 @@
       global const MaterialInfo *materials, global const TextureInfo *textures, global const uchar4 *texels,       \
       constant float *linear_from_byte
 
-// The list, as kernel parameters.
-#define BOX_PARAMETERS global RasterBox *boxes, global ulong *box_starts, global ulong *box_counter
+// The lists, as kernel parameters: boxes to split, the number of the first tile of each, tiles, and how many there are.
+// The first `room` tiles have a place, others none.
+#define BOX_PARAMETERS \
+  global RasterBox *boxes, global ulong *box_starts, global RasterBox *box_tiles, global ulong *box_counts, uint room
 
 #define BOX_SHIFT 40
 #define BOX_TILES(counter) ((counter) & (((ulong)1 << BOX_SHIFT) - 1))
@@ -71,74 +75,61 @@ static inline int2 piece_pixel(uint member)
 
 static inline uint box_columns(int4 bounds) { return (uint)(bounds.z - (bounds.x & ~7)) / RASTER_TILE_PX + 1; }
 
-static inline uint box_tiles(RasterBox box)
+static inline uint box_tile_count(RasterBox box)
 {
   int4 bounds = box_bounds(box);
   return box_columns(bounds) * ((uint)(bounds.w - (bounds.y & ~3)) / RASTER_TILE_PX + 1);
 }
 
-// Lists the boxes of a work-group, of those members that are `wanted`; every member calls it. `queued` and `first` are
-// the group's own.
-static inline void box_list(bool wanted, RasterBox box, local uint *queued, local ulong *first, BOX_PARAMETERS)
+// Gives places in box_tiles to the members of a work-group that are `wanted`; every member calls it. The place may be
+// beyond the list's room. `queued` and `first` are the group's own.
+static inline uint tile_place(bool wanted, local uint *queued, local ulong *first, global ulong *box_counts)
 {
   if (get_local_id(0) == 0) *queued = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
-  uint before = wanted ? atomic_add(queued, 1u << GROUP_BOX_SHIFT | box_tiles(box)) : 0;
+  uint before = wanted ? atomic_inc(queued) : 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0 && *queued) *first = atom_add(&box_counts[RASTER_TILE_COUNT], (ulong)*queued);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  return wanted ? (uint)min(*first + before, (ulong)UINT_MAX) : 0;
+}
+
+// Lists the boxes of the members of a work-group that are `wanted`; every member calls it.
+static inline void box_list(bool wanted, RasterBox box, local uint *queued, local ulong *first, BOX_PARAMETERS)
+{
+  uint tiles = wanted ? box_tile_count(box) : 0;
+  uint place = tile_place(tiles == 1, queued, first, box_counts);
+  if (tiles == 1) box_tiles[place] = box;  // there is room for every triangle
+  if (get_local_id(0) == 0) *queued = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  uint before = tiles > 1 ? atomic_add(queued, 1u << GROUP_BOX_SHIFT | tiles) : 0;
   barrier(CLK_LOCAL_MEM_FENCE);
   if (get_local_id(0) == 0 && *queued)
-    *first = atom_add(box_counter, (ulong)(*queued >> GROUP_BOX_SHIFT) << BOX_SHIFT | GROUP_BOX_TILES(*queued));
+    *first = atom_add(&box_counts[RASTER_BOX_COUNT],
+                      (ulong)(*queued >> GROUP_BOX_SHIFT) << BOX_SHIFT | GROUP_BOX_TILES(*queued));
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (!wanted) return;
+  if (tiles <= 1) return;
   uint at = (uint)(*first >> BOX_SHIFT) + (before >> GROUP_BOX_SHIFT);
   boxes[at] = box;
   box_starts[at] = BOX_TILES(*first) + GROUP_BOX_TILES(before);
 }
 
-// The turn of a team: tiles [tile, end) of the list, box by box.
-typedef struct BoxTurn {
-  ulong tile, end;
-  uint at;        // of the next box
-  RasterBox box;  // the one to draw now, its tiles [from, to)
-  uint from, to;
-} BoxTurn;
-
-// Turn `index` of all: false where there is none. `teams` are as many as take turns.
-static inline bool box_turn(BoxTurn *turn, ulong index, ulong teams, global const ulong *box_starts, ulong counter)
+// Tile `tile` of all tiles of boxes to split, as a box.
+static inline RasterBox box_tile(ulong tile, global const RasterBox *boxes, global const ulong *box_starts,
+                                 uint box_count)
 {
-  ulong all = BOX_TILES(counter), share = clamp(all / teams, (ulong)1, (ulong)RASTER_TURN_TILES);
-  turn->tile = index * share;
-  turn->end = min(turn->tile + share, all);
-  if (turn->tile >= all) return false;
-  uint low = 0, high = (uint)(counter >> BOX_SHIFT);  // the last box that starts at the tile or before it
+  uint low = 0, high = box_count;  // the last box that starts at the tile or before it
   while (high - low > 1) {
     uint middle = (low + high) / 2;
-    if (box_starts[middle] <= turn->tile)
+    if (box_starts[middle] <= tile)
       low = middle;
     else
       high = middle;
   }
-  turn->at = low;
-  return true;
-}
-
-// The next box of the turn: false where the turn has ended.
-static inline bool box_next(BoxTurn *turn, global const RasterBox *boxes, global const ulong *box_starts)
-{
-  if (turn->tile >= turn->end) return false;
-  ulong start = box_starts[turn->at];
-  turn->box = boxes[turn->at++];
-  turn->from = (uint)(turn->tile - start);
-  turn->to = (uint)min((ulong)box_tiles(turn->box), turn->end - start);
-  turn->tile = start + turn->to;
-  return true;
-}
-
-// Tile `tile` of a box: its first pixel, and the box's last pixel in it.
-static inline int4 box_tile(RasterBox box, uint tile)
-{
+  RasterBox box = boxes[low];
   int4 bounds = box_bounds(box);
-  int2 start = piece_start(bounds.x, bounds.y);
-  uint columns = box_columns(bounds);
-  start += (int2)((int)(tile % columns), (int)(tile / columns)) * RASTER_TILE_PX;
-  return (int4)(start, min(bounds.zw, start + (RASTER_TILE_PX - 1)));
+  uint within = (uint)(tile - box_starts[low]), columns = box_columns(bounds);
+  int2 start =
+      piece_start(bounds.x, bounds.y) + (int2)((int)(within % columns), (int)(within / columns)) * RASTER_TILE_PX;
+  return box_of(box.number, box.view, (int4)(max(start, bounds.xy), min(start + (RASTER_TILE_PX - 1), bounds.zw)));
 }

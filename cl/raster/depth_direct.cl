@@ -4,7 +4,8 @@
 //   out   maps            [view][size * size] (shared/depth_map.h) as the bits of floats, 1 before the first launch
 //
 //   depth_small   a work-item a triangle and view: draws it if its box is small, else lists it
-//   depth_boxes   RASTER_TEAM work-items a tile of a listed triangle
+//   depth_split   a work-item a tile of a large box: lists it if the triangle has a part there
+//   depth_tiles   RASTER_TEAM work-items a listed tile
 //
 //   Cost  44 bytes a triangle and view of the chunks in view, a plane and three sums a triangle and texel of its box.
 //   Depths are not below 0, so that their bits are in their order. LANES is 1. The list holds every triangle and view
@@ -68,6 +69,45 @@ static inline void texel_draw(const WindowTriangle *t, int x, int y, int4 window
   atomic_min(texel, depth);
 }
 
+// The window of a box, from the start of a piece.
+static inline int4 box_window(RasterBox box)
+{
+  int4 bounds = box_bounds(box);
+  int2 start = piece_start(bounds.x, bounds.y);
+  return (int4)(start, bounds.zw - start + 1);
+}
+
+// Draws a window's texels: all of them, or those of a member of a team.
+static inline void window_draw(const WindowTriangle *t, int4 window, uint number, const Scope *scope, global uint *map,
+                               bool alone)
+{
+  if (alone) {
+    for (int y = t->first_y; y <= t->last_y; y++)
+      for (int x = t->first_x; x <= t->last_x; x++) texel_draw(t, x, y, window, number, scope, map);
+    return;
+  }
+  int2 start = piece_start(t->first_x, t->first_y) + piece_pixel(get_global_id(0) % RASTER_TEAM);
+  for (int y = start.y; y <= t->last_y; y += 4)
+    for (int x = start.x; x <= t->last_x; x += 8)
+      if (x >= t->first_x && y >= t->first_y) texel_draw(t, x, y, window, number, scope, map);
+}
+
+// Draws what a triangle has in a box, which holds no more than a tile.
+static inline void box_draw(const MapTriangle *t, const Scope *scope, RasterBox box, global uint *maps, bool alone)
+{
+  WindowTriangle in;
+  int4 window = box_window(box);
+  global uint *map = maps + box.view * scope->view->width * scope->view->width;
+  if (!t->clipped) {
+    if (triangle_window(&in, t, window)) window_draw(&in, window, box.number, scope, map, alone);
+    return;
+  }
+  ClipPolygon polygon = depth_clip(scope->view, clip_corner(t, 0, 0), clip_corner(t, 1, 0), clip_corner(t, 2, 0));
+  for (uint i = 2; i < polygon.count; i++)
+    if (window_fan_triangle(&in, &polygon, i, scope->view, window))
+      window_draw(&in, window, box.number, scope, map, alone);
+}
+
 kernel void depth_small(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
                         uint triangle_count, constant RasterView *views, uint view_count, global uint *maps,
                         BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
@@ -82,54 +122,51 @@ kernel void depth_small(global const RasterBlock *blocks, global const RasterBou
   MapTriangle t = triangle_setup(&scope, number);
   bool small = !t.culled && !t.clipped && box_is_small(t.first_x, t.first_y, t.last_x, t.last_y);
   int4 box = (int4)(t.first_x, t.first_y, t.last_x, t.last_y);
-  box_list(!t.culled && !small, box_of(number, view, box), &queued, &first, boxes, box_starts, box_counter);
+  box_list(!t.culled && !small, box_of(number, view, box), &queued, &first, boxes, box_starts, box_tiles, box_counts,
+           room);
   if (!small) return;
-  WindowTriangle in;
-  int4 window = (int4)(box.x & ~3, box.y & ~3, box.z - (box.x & ~3) + 1, box.w - (box.y & ~3) + 1);
-  if (!triangle_window(&in, &t, window)) return;
-  global uint *map = maps + view * scope.view->width * scope.view->width;
-  for (int y = in.first_y; y <= in.last_y; y++)
-    for (int x = in.first_x; x <= in.last_x; x++) texel_draw(&in, x, y, window, number, &scope, map);
+  box_draw(&t, &scope, box_of(number, view, box), maps, true);
 }
 
-// A team's part of one triangle in a tile.
-static inline void tile_draw(const WindowTriangle *t, int4 window, uint number, const Scope *scope, global uint *map)
+kernel void depth_split(global const RasterBlock *blocks, constant RasterView *views, global uint *maps, BOX_PARAMETERS,
+                        ATTRIBUTE_PARAMETERS)
 {
-  int2 member = piece_pixel(get_global_id(0) % RASTER_TEAM), start = piece_start(t->first_x, t->first_y) + member;
-  for (int y = start.y; y <= t->last_y; y += 4)
-    for (int x = start.x; x <= t->last_x; x += 8)
-      if (x >= t->first_x && y >= t->first_y) texel_draw(t, x, y, window, number, scope, map);
+  local uint queued;
+  local ulong first;
+  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  ulong all = BOX_TILES(box_counts[RASTER_BOX_COUNT]);
+  uint box_count = (uint)(box_counts[RASTER_BOX_COUNT] >> BOX_SHIFT);
+  for (ulong begin = get_group_id(0) * GROUP_SIZE; begin < all; begin += get_global_size(0)) {
+    ulong at = begin + get_local_id(0);
+    bool meets = false;
+    RasterBox tile;
+    MapTriangle t;
+    if (at < all) {
+      WindowTriangle in;
+      tile = box_tile(at, boxes, box_starts, box_count);
+      Scope scope = {&views[tile.view], blocks, &attributes};
+      t = triangle_setup(&scope, tile.number);
+      meets = t.clipped || (triangle_window(&in, &t, box_window(tile)) && window_meets(&in));
+    }
+    uint place = tile_place(meets, &queued, &first, box_counts);
+    if (!meets) continue;
+    Scope scope = {&views[tile.view], blocks, &attributes};
+    if (place < room)
+      box_tiles[place] = tile;
+    else
+      box_draw(&t, &scope, tile, maps, true);
+  }
 }
 
-static inline void tile_draw_clipped(const MapTriangle *t, int4 window, uint number, const Scope *scope,
-                                     global uint *map)
-{
-  WindowTriangle in;
-  ClipPolygon polygon = depth_clip(scope->view, clip_corner(t, 0, 0), clip_corner(t, 1, 0), clip_corner(t, 2, 0));
-  for (uint i = 2; i < polygon.count; i++)
-    if (window_fan_triangle(&in, &polygon, i, scope->view, window)) tile_draw(&in, window, number, scope, map);
-}
-
-kernel void depth_boxes(global const RasterBlock *blocks, constant RasterView *views, global uint *maps,
-                        global const RasterBox *boxes, global const ulong *box_starts, global const ulong *box_counter,
+kernel void depth_tiles(global const RasterBlock *blocks, constant RasterView *views, global uint *maps, BOX_PARAMETERS,
                         ATTRIBUTE_PARAMETERS)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  ulong counter = *box_counter, teams = get_global_size(0) / RASTER_TEAM;
-  BoxTurn turn;
-  for (ulong i = get_global_id(0) / RASTER_TEAM; box_turn(&turn, i, teams, box_starts, counter); i += teams)
-    while (box_next(&turn, boxes, box_starts)) {
-      uint number = turn.box.number;
-      Scope scope = {&views[turn.box.view], blocks, &attributes};
-      MapTriangle t = triangle_setup(&scope, number);
-      global uint *map = maps + turn.box.view * scope.view->width * scope.view->width;
-      for (uint k = turn.from; k < turn.to; k++) {
-        int4 tile = box_tile(turn.box, k), window = (int4)(tile.xy, tile.zw - tile.xy + 1);
-        WindowTriangle in;
-        if (t.clipped)
-          tile_draw_clipped(&t, window, number, &scope, map);
-        else if (triangle_window(&in, &t, window) && window_meets(&in))
-          tile_draw(&in, window, number, &scope, map);
-      }
-    }
+  uint all = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), teams = get_global_size(0) / RASTER_TEAM;
+  for (uint i = get_global_id(0) / RASTER_TEAM; i < all; i += teams) {
+    RasterBox tile = box_tiles[i];
+    Scope scope = {&views[tile.view], blocks, &attributes};
+    MapTriangle t = triangle_setup(&scope, tile.number);
+    box_draw(&t, &scope, tile, maps, false);
+  }
 }

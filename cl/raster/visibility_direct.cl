@@ -8,7 +8,8 @@
 //         hits, hit_ids       the hit stream of the wave: the bits that trace_closest gives (visibility_resolve)
 //
 //   visibility_small   a work-item a triangle: draws it if its box is small, else lists it
-//   visibility_boxes   RASTER_TEAM work-items a tile of a listed triangle
+//   visibility_split   a work-item a tile of a large box: lists it if the triangle may be met there
+//   visibility_tiles   RASTER_TEAM work-items a listed tile
 //   visibility_resolve a work-item a slot: t, u and v of the triangle that won
 //
 //   Cost  44 bytes a triangle of the chunks in view, three sums a triangle and sample of its box, an intersection where
@@ -128,25 +129,9 @@ static inline uint wave_slot(const Scope *scope, uint x, uint y, uint sample)
 // Where a triangle may be met: what these let in, triangle_intersect decides.
 typedef struct SampleEdges {
   float edge_x[3], edge_y[3], edge_0[3];  // >= 0 (or NaN) at a sample that may be met
-  uint nearest;                           // bits of a depth that no hit is before
 } SampleEdges;
 
-// A hit is not before the triangle's bounding box, not even where its t is in doubt (lib/visible.cl).
-static inline uint nearest_depth(constant RasterView *view, const Vec3L a[3])
-{
-  Vec3L low, high;
-  low.x = min3_lane(a[0].x, a[1].x, a[2].x), high.x = max3_lane(a[0].x, a[1].x, a[2].x);
-  low.y = min3_lane(a[0].y, a[1].y, a[2].y), high.y = max3_lane(a[0].y, a[1].y, a[2].y);
-  low.z = min3_lane(a[0].z, a[1].z, a[2].z), high.z = max3_lane(a[0].z, a[1].z, a[2].z);
-  Float4 row = view->depth;
-  float nearest = min(row.x * low.x, row.x * high.x) + min(row.y * low.y, row.y * high.y) +
-                  min(row.z * low.z, row.z * high.z) + row.w;
-  float far_off = max(fabs(low.x), fabs(high.x)) + max(fabs(low.y), fabs(high.y)) + max(fabs(low.z), fabs(high.z));
-  nearest -= 4 * RASTER_ROUNDING * far_off + view->error_m;
-  return nearest > 0 ? as_uint(nearest) : 0;  // 0 for NaN
-}
-
-static inline SampleEdges sample_edges(const VisibleTriangle *t, constant RasterView *view, const Vec3L a[3])
+static inline SampleEdges sample_edges(const VisibleTriangle *t)
 {
   SampleEdges out;
   for (uint i = 0; i < 3; i++) {
@@ -154,7 +139,6 @@ static inline SampleEdges sample_edges(const VisibleTriangle *t, constant Raster
     out.edge_y[i] = t->edge_y[i];
     out.edge_0[i] = t->edge_0[i] - 1.5f * (fabs(t->edge_x[i]) + t->edge_x[i] + fabs(t->edge_y[i]) + t->edge_y[i]);
   }
-  out.nearest = nearest_depth(view, a);
   return out;
 }
 
@@ -165,27 +149,27 @@ static inline bool edges_meet(const SampleEdges *e, float x, float y)
            e->edge_0[2] + e->edge_x[2] * x + e->edge_y[2] * y < 0);
 }
 
-// Could a sample of the pixels from (x0, y0) to (x1, y1) be met?
-static inline bool edges_meet_pixels(const SampleEdges *e, int x0, int y0, int x1, int y1)
+// Could a sample of the box's pixels be met?
+static inline bool edges_meet_box(const SampleEdges *e, int4 bounds)
 {
   for (uint i = 0; i < 3; i++) {
-    float x = (float)(e->edge_x[i] > 0 ? x1 + 1 : x0), y = (float)(e->edge_y[i] > 0 ? y1 + 1 : y0);
+    float x = (float)(e->edge_x[i] > 0 ? bounds.z + 1 : bounds.x);
+    float y = (float)(e->edge_y[i] > 0 ? bounds.w + 1 : bounds.y);
     if (e->edge_0[i] + e->edge_x[i] * x + e->edge_y[i] * y < 0) return false;
   }
   return true;
 }
 
 // The upper half of a key is its second word: devices are little-endian.
-static inline void sample_draw(const Triangle *t, const SampleEdges *edges, const Scope *scope, uint x, uint y,
-                               uint sample, Float2 offset, global ulong *keys)
+static inline void sample_draw(const Triangle *t, const Scope *scope, int x, int y, uint sample, Float2 offset,
+                               global ulong *keys)
 {
-  uint slot = wave_slot(scope, x, y, sample);
+  uint slot = wave_slot(scope, (uint)x, (uint)y, sample);
   if (slot == HIT_NONE) return;
-  volatile global const uint *depth = (volatile global const uint *)&keys[slot] + 1;
-  if (!depth_may_fall(depth, edges->nearest)) return;
-  SampleRay ray = sample_ray(scope->camera, x, y, offset);
+  SampleRay ray = sample_ray(scope->camera, (uint)x, (uint)y, offset);
   ulong key = sample_key(t, scope, &ray);
   if (key == ULONG_MAX) return;
+  volatile global const uint *depth = (volatile global const uint *)&keys[slot] + 1;
   if (depth_may_fall(depth, (uint)(key >> 32))) atom_min(&keys[slot], key);
 }
 
@@ -196,6 +180,18 @@ static inline bool sample_next(const SampleEdges *edges, Float2 offset, int4 bou
     for (; *x <= bounds.z; (*x)++)
       if (edges_meet(edges, (float)*x + offset.x, (float)*y + offset.y)) return true;
   return false;
+}
+
+// Draws the triangle's samples of a box. The search for the next one that may be met is a loop of its own, so that the
+// work-items of a warp intersect together.
+static inline void box_draw(const Triangle *t, const SampleEdges *edges, const Scope *scope, int4 bounds,
+                            global ulong *keys)
+{
+  for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
+    Float2 offset = scope->offsets[scope->wave.first_sample + sample];
+    int x = bounds.x, y = bounds.y;
+    for (; sample_next(edges, offset, bounds, &x, &y); x++) sample_draw(t, scope, x, y, sample, offset, keys);
+  }
 }
 
 // Pixels that may be met, within the picture's rows [first_row, end_row); false where there is none.
@@ -236,54 +232,80 @@ kernel void visibility_small(global const RasterBlock *blocks, global const Rast
   int4 box = (int4)(0);
   bool seen = visible_box(&box, &t, view, first_row, end_row, offsets + first_sample, sample_count);
   bool small = seen && box_is_small(box.x, box.y, box.z, box.w);
-  box_list(seen && !small, box_of(number, 0, box), &queued, &first, boxes, box_starts, box_counter);
+  box_list(seen && !small, box_of(number, 0, box), &queued, &first, boxes, box_starts, box_tiles, box_counts, room);
   if (!small) return;
-  SampleEdges edges = sample_edges(&t, view, a);
-  for (uint sample = 0; sample < sample_count; sample++) {
-    Float2 offset = offsets[first_sample + sample];
-    int x = box.x, y = box.y;
-    for (; sample_next(&edges, offset, box, &x, &y); x++)
-      sample_draw(&triangle, &edges, &scope, (uint)x, (uint)y, sample, offset, keys);
+  SampleEdges edges = sample_edges(&t);
+  box_draw(&triangle, &edges, &scope, box, keys);
+}
+
+// A listed triangle, set up again.
+static inline SampleEdges listed_load(Triangle *out, global const RasterBlock *blocks, uint number,
+                                      constant RasterView *view)
+{
+  Vec3L a[3];
+  *out = triangle_load(blocks, number);
+  triangle_relative(a, out, view);
+  VisibleTriangle t = visible_setup(view, a, out->flags, 0);
+  return sample_edges(&t);
+}
+
+kernel void visibility_split(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
+                             constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
+                             uint sample_count, float t_min, global ulong *keys, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+{
+  local uint queued;
+  local ulong first;
+  AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
+  ulong all = BOX_TILES(box_counts[RASTER_BOX_COUNT]);
+  uint box_count = (uint)(box_counts[RASTER_BOX_COUNT] >> BOX_SHIFT);
+  for (ulong begin = get_group_id(0) * GROUP_SIZE; begin < all; begin += get_global_size(0)) {
+    ulong at = begin + get_local_id(0);
+    bool meets = false;
+    RasterBox tile;
+    Triangle triangle;
+    SampleEdges edges;
+    if (at < all) {
+      tile = box_tile(at, boxes, box_starts, box_count);
+      edges = listed_load(&triangle, blocks, tile.number, view);
+      meets = edges_meet_box(&edges, box_bounds(tile));
+    }
+    uint place = tile_place(meets, &queued, &first, box_counts);
+    if (!meets) continue;
+    if (place < room)
+      box_tiles[place] = tile;
+    else
+      box_draw(&triangle, &edges, &scope, box_bounds(tile), keys);
   }
 }
 
-// A team's part of the triangle in one tile, `tile` (first and last pixel).
-static inline void tile_draw(const Triangle *t, const SampleEdges *edges, const Scope *scope, int4 bounds, int4 tile,
+// A team's part of a tile.
+static inline void tile_draw(const Triangle *t, const SampleEdges *edges, const Scope *scope, int4 bounds,
                              global ulong *keys)
 {
-  if (!edges_meet_pixels(edges, tile.x, tile.y, tile.z, tile.w)) return;
-  int2 member = piece_pixel(get_global_id(0) % RASTER_TEAM);
-  for (int y = tile.y + member.y; y <= tile.w; y += 4)
-    for (int x = tile.x + member.x; x <= tile.z; x += 8) {
-      if (x < bounds.x || y < bounds.y) continue;
-      for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
-        Float2 offset = scope->offsets[scope->wave.first_sample + sample];
-        if (edges_meet(edges, (float)x + offset.x, (float)y + offset.y))
-          sample_draw(t, edges, scope, (uint)x, (uint)y, sample, offset, keys);
-      }
-    }
+  int2 start = piece_start(bounds.x, bounds.y) + piece_pixel(get_global_id(0) % RASTER_TEAM);
+  for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
+    Float2 offset = scope->offsets[scope->wave.first_sample + sample];
+    for (int y = start.y; y <= bounds.w; y += 4)
+      for (int x = start.x; x <= bounds.z; x += 8)
+        if (x >= bounds.x && y >= bounds.y && edges_meet(edges, (float)x + offset.x, (float)y + offset.y))
+          sample_draw(t, scope, x, y, sample, offset, keys);
+  }
 }
 
-kernel void visibility_boxes(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
+kernel void visibility_tiles(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
                              constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
-                             uint sample_count, float t_min, global ulong *keys, global const RasterBox *boxes,
-                             global const ulong *box_starts, global const ulong *box_counter, ATTRIBUTE_PARAMETERS)
+                             uint sample_count, float t_min, global ulong *keys, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
-  ulong counter = *box_counter, teams = get_global_size(0) / RASTER_TEAM;
-  BoxTurn turn;
-  for (ulong i = get_global_id(0) / RASTER_TEAM; box_turn(&turn, i, teams, box_starts, counter); i += teams)
-    while (box_next(&turn, boxes, box_starts)) {
-      Triangle triangle = triangle_load(blocks, turn.box.number);
-      Vec3L a[3];
-      triangle_relative(a, &triangle, view);
-      VisibleTriangle t = visible_setup(view, a, triangle.flags, 0);
-      SampleEdges edges = sample_edges(&t, view, a);
-      int4 bounds = box_bounds(turn.box);
-      for (uint tile = turn.from; tile < turn.to; tile++)
-        tile_draw(&triangle, &edges, &scope, bounds, box_tile(turn.box, tile), keys);
-    }
+  uint all = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), teams = get_global_size(0) / RASTER_TEAM;
+  for (uint i = get_global_id(0) / RASTER_TEAM; i < all; i += teams) {
+    RasterBox tile = box_tiles[i];
+    Triangle triangle;
+    SampleEdges edges = listed_load(&triangle, blocks, tile.number, view);
+    tile_draw(&triangle, &edges, &scope, box_bounds(tile), keys);
+  }
 }
 
 kernel void visibility_resolve(constant CameraInfo *camera, constant Float2 *offsets, uint first_tile, uint tile_count,

@@ -59,7 +59,7 @@ SHARED_SIZE(RasterSpan, 20);
 // corner before division, for whoever draws it to clip.
 #define DEPTH_CLIPPED 0x80000000u
 
-// A triangle that a work-item of its own would take too long for, in the list of the direct way
+// A triangle, or a tile of it, that a work-item of its own would take too long for: in the lists of the direct way
 // (cl/raster/*_direct.cl).
 typedef struct RasterBox {
   uint number;  // of the triangle in the blocks
@@ -71,7 +71,11 @@ SHARED_SIZE(RasterBox, 16);
 #define RASTER_SMALL_PX 36  // pixels of a box up to which one work-item draws the triangle
 #define RASTER_TILE_PX 32   // RASTER_TEAM work-items draw a larger one by tiles of this side
 #define RASTER_TEAM 32
-#define RASTER_TURN_TILES 8  // tiles, at most, that a team takes at once
+
+// Counts of those lists, of 64 bits each.
+#define RASTER_BOX_COUNT 0   // boxes to split and their tiles: cl/lib/boxes.cl
+#define RASTER_TILE_COUNT 1  // tiles
+#define RASTER_BOX_COUNTS 2
 
 // Sums of what raster took, each of two words, low word first.
 #define RASTER_COST_TESTS 0    // triangles tried on blocks of 4 x 4 samples

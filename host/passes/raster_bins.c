@@ -35,14 +35,15 @@ void raster_bins_free(RasterBins *bins)
   buffer_free(&bins->lists);
 }
 
-Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, Log *log)
+Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, uint32_t tiles, Log *log)
 {
   Status status = STATUS_OK;
-  RasterBoxes made = {0};
-  size_t room = chunks * RASTER_CHUNK;
-  TRY(buffer_create(&made.boxes, device, room * sizeof(RasterBox), NULL, "raster triangles", log));
-  TRY(buffer_create(&made.starts, device, room * sizeof(uint64_t), NULL, "raster triangles", log));
-  TRY(buffer_create(&made.counter, device, sizeof(uint64_t), NULL, "raster triangles", log));
+  size_t triangles = chunks * RASTER_CHUNK;
+  RasterBoxes made = {.room = (uint32_t)triangles + tiles};
+  TRY(buffer_create(&made.boxes, device, triangles * sizeof(RasterBox), NULL, "raster triangles", log));
+  TRY(buffer_create(&made.starts, device, triangles * sizeof(uint64_t), NULL, "raster triangles", log));
+  TRY(buffer_create(&made.tiles, device, made.room * sizeof(RasterBox), NULL, "raster tiles", log));
+  TRY(buffer_create(&made.counts, device, RASTER_BOX_COUNTS * sizeof(uint64_t), NULL, "raster tiles", log));
   *out = made;
   made = (RasterBoxes){0};
 
@@ -55,10 +56,11 @@ void raster_boxes_free(RasterBoxes *boxes)
 {
   buffer_free(&boxes->boxes);
   buffer_free(&boxes->starts);
-  buffer_free(&boxes->counter);
+  buffer_free(&boxes->tiles);
+  buffer_free(&boxes->counts);
 }
 
-size_t raster_team_items(const Device *device)
+size_t raster_box_items(const Device *device)
 {
   const uint32_t per_unit = 64 * RASTER_TEAM;  // work-items of 64 warps: what a compute unit keeps at most
   return (size_t)device_info(device)->compute_units * per_unit;

@@ -21,19 +21,24 @@ void raster_bins_free(RasterBins *bins);
 #define BIN_ARGS(bins) \
   ARG_BUFFER((bins)->records), ARG_BUFFER((bins)->spans), ARG_BUFFER((bins)->starts), ARG_BUFFER((bins)->lists)
 
-// The direct way: triangles that are not small (cl/lib/boxes.cl).
+// The direct way: lists of triangles that are not small (cl/lib/boxes.cl).
 typedef struct RasterBoxes {
-  DeviceBuffer boxes;    // RasterBox, room for every triangle of the pass
-  DeviceBuffer starts;   // 64-bit number of the first tile of each
-  DeviceBuffer counter;  // one of 64 bits
+  DeviceBuffer boxes;   // RasterBox, to split; room for every triangle of the pass
+  DeviceBuffer starts;  // 64-bit number of the first tile of each
+  DeviceBuffer tiles;   // RasterBox [room]
+  DeviceBuffer counts;  // 64 bits each
+  uint32_t room;
 } RasterBoxes;
 
-// For `chunks` chunks. Errors: those of buffer_create.
-Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, Log *log);
+// For `chunks` chunks, and `tiles` tiles of large triangles besides: there may be more, which are drawn slowly. Errors:
+// those of buffer_create.
+Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, uint32_t tiles, Log *log);
 void raster_boxes_free(RasterBoxes *boxes);
 
-// Work-items that draw what is listed, by teams: as many as fill the device.
-size_t raster_team_items(const Device *device);
+// Work-items that go through a list: as many as fill the device.
+size_t raster_box_items(const Device *device);
 
 // In the order in which the kernels declare them.
-#define BOX_ARGS(list) ARG_BUFFER((list)->boxes), ARG_BUFFER((list)->starts), ARG_BUFFER((list)->counter)
+#define BOX_ARGS(list)                                                                                          \
+  ARG_BUFFER((list)->boxes), ARG_BUFFER((list)->starts), ARG_BUFFER((list)->tiles), ARG_BUFFER((list)->counts), \
+      ARG((list)->room)

@@ -9,7 +9,8 @@ static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 
-static Status bins_make(RasterDepth *raster, Device *device, const DeviceScene *scene, Log *log)
+static Status bins_make(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterOptions *options,
+                        Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
@@ -24,14 +25,17 @@ done:
   return status;
 }
 
-static Status direct_make(RasterDepth *raster, Device *device, const DeviceScene *scene, Log *log)
+static Status direct_make(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterOptions *options,
+                          Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
   TRY(raster_program(&program, device, scene, "raster/depth_direct.cl", log));
   TRY(program_kernel(&raster->small, program, "depth_small", log));
-  TRY(program_kernel(&raster->teams, program, "depth_boxes", log));
-  TRY(raster_boxes_make(&raster->boxes, device, raster->pass_chunks, log));
+  TRY(program_kernel(&raster->split, program, "depth_split", log));
+  TRY(program_kernel(&raster->draw, program, "depth_tiles", log));
+  TRY(raster_boxes_make(&raster->boxes, device, raster->pass_chunks,
+                        options->pass_tiles ? options->pass_tiles : RASTER_PASS_TILES, log));
 
 done:
   return status;
@@ -50,7 +54,7 @@ Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *sc
   TRY(buffer_create(&raster.views, device, view_capacity * sizeof(RasterView), NULL, "depth views", log));
   TRY(buffer_create(&raster.maps, device, (size_t)size_px * size_px * view_capacity * sizeof(float), NULL, "depth maps",
                     log));
-  TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, scene, log));
+  TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, scene, options, log));
   *out = raster;
   raster = (RasterDepth){0};
 
@@ -61,7 +65,7 @@ done:
 
 void raster_depth_free(RasterDepth *raster)
 {
-  Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->small, &raster->teams};
+  Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->small, &raster->split, &raster->draw};
   for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
   raster_bins_free(&raster->binned);
   raster_boxes_free(&raster->boxes);
@@ -105,16 +109,20 @@ static Status direct_draw(RasterDepth *raster, Device *device, const DeviceScene
     uint32_t first_triangle = first * RASTER_CHUNK;
     uint32_t count = smaller(pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
     uint64_t items = (uint64_t)count * view_count;
-    TRY(buffer_zero(device, &raster->boxes.counter, log));
+    TRY(buffer_zero(device, &raster->boxes.counts, log));
     TRY(device_launch(device, &raster->small, items, items, "set up triangles of depth maps, raster small ones",
                       ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first_triangle),
                            ARG(count), ARG_BUFFER(raster->views), ARG(view_count), ARG_BUFFER(raster->maps),
                            BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
                       log));
-    TRY(device_launch(device, &raster->teams, raster_team_items(device), 0, "raster depth maps, large triangles",
-                      ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG_BUFFER(raster->maps),
-                           BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
-                      log));
+    const Kernel *large[] = {&raster->split, &raster->draw};
+    const char *const sentences[] = {"find the tiles of large triangles in depth maps",
+                                     "raster depth maps, large triangles"};
+    for (int i = 0; i < 2; i++)
+      TRY(device_launch(device, large[i], raster_box_items(device), 0, sentences[i],
+                        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG_BUFFER(raster->maps),
+                             BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
+                        log));
   }
 
 done:

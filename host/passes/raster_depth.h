@@ -8,12 +8,12 @@
 
 typedef struct RasterDepth {
   RasterWay way;
-  Kernel setup, bins;   // RASTER_WAY_BINS
-  Kernel small, teams;  // RASTER_WAY_DIRECT
-  DeviceBuffer views;   // RasterView [view_capacity]
-  RasterBins binned;    // of one pass
-  RasterBoxes boxes;    // of one pass
-  DeviceBuffer maps;    // float [view_capacity][size * size] (shared/depth_map.h)
+  Kernel setup, bins;         // RASTER_WAY_BINS
+  Kernel small, split, draw;  // RASTER_WAY_DIRECT
+  DeviceBuffer views;         // RasterView [view_capacity]
+  RasterBins binned;          // of one pass
+  RasterBoxes boxes;          // of one pass
+  DeviceBuffer maps;          // float [view_capacity][size * size] (shared/depth_map.h)
   uint32_t size_px, view_capacity;
   uint32_t pass_chunks;  // chunks times views that the buffers hold
 } RasterDepth;

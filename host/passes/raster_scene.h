@@ -19,9 +19,10 @@ typedef struct RasterOptions {
   RasterWay way;
   uint32_t pass_chunks;  // of RASTER_CHUNK triangles, set up at a time (RASTER_PASS_CHUNKS)
   uint32_t pass_bins;    // of RASTER_BIN_PX pixels a side, covered at a time (RASTER_PASS_BINS)
+  uint32_t pass_tiles;   // of large triangles, listed at a time in the direct way (RASTER_PASS_TILES)
 } RasterOptions;
 
-enum { RASTER_PASS_CHUNKS = 1024, RASTER_PASS_BINS = 4096 };
+enum { RASTER_PASS_CHUNKS = 1024, RASTER_PASS_BINS = 4096, RASTER_PASS_TILES = 1 << 19 };
 
 // The way on this device: direct where LANES is 1 and the device is a GPU with 64-bit atomics.
 RasterWay raster_way(const RasterOptions *options, const Device *device);

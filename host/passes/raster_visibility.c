@@ -11,7 +11,8 @@ static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 
-static Status bins_make(RasterVisibility *raster, Device *device, const DeviceScene *scene, Log *log)
+static Status bins_make(RasterVisibility *raster, Device *device, const DeviceScene *scene,
+                        const RasterOptions *options, Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
@@ -24,15 +25,18 @@ done:
   return status;
 }
 
-static Status direct_make(RasterVisibility *raster, Device *device, const DeviceScene *scene, Log *log)
+static Status direct_make(RasterVisibility *raster, Device *device, const DeviceScene *scene,
+                          const RasterOptions *options, Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
   TRY(raster_program(&program, device, scene, raster_visibility_path(raster->way), log));
   TRY(program_kernel(&raster->small, program, "visibility_small", log));
-  TRY(program_kernel(&raster->teams, program, "visibility_boxes", log));
+  TRY(program_kernel(&raster->split, program, "visibility_split", log));
+  TRY(program_kernel(&raster->draw, program, "visibility_tiles", log));
   TRY(program_kernel(&raster->resolve, program, "visibility_resolve", log));
-  TRY(raster_boxes_make(&raster->boxes, device, raster->pass_chunks, log));
+  TRY(raster_boxes_make(&raster->boxes, device, raster->pass_chunks,
+                        options->pass_tiles ? options->pass_tiles : RASTER_PASS_TILES, log));
 
 done:
   return status;
@@ -49,7 +53,7 @@ Status raster_visibility_make(RasterVisibility *out, Device *device, const Devic
   TRY(buffer_create(&raster.view, device, sizeof(RasterView), NULL, "camera", log));
   TRY(buffer_create(&raster.costs, device, RASTER_COSTS * sizeof(uint32_t), NULL, "costs", log));
   TRY(buffer_zero(device, &raster.costs, log));
-  TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, scene, log));
+  TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, scene, options, log));
   *out = raster;
   raster = (RasterVisibility){0};
 
@@ -86,7 +90,7 @@ done:
 
 void raster_visibility_free(RasterVisibility *raster)
 {
-  Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->small, &raster->teams, &raster->resolve};
+  Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->small, &raster->split, &raster->draw, &raster->resolve};
   for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
   raster_bins_free(&raster->binned);
   raster_boxes_free(&raster->boxes);
@@ -142,7 +146,7 @@ static Status direct_draw(RasterVisibility *raster, Device *device, const Device
   for (uint32_t first = 0; first < triangles->chunk_count; first += raster->pass_chunks) {
     uint32_t first_triangle = first * RASTER_CHUNK;
     uint32_t count = smaller(raster->pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
-    TRY(buffer_zero(device, &raster->boxes.counter, log));
+    TRY(buffer_zero(device, &raster->boxes.counts, log));
     TRY(device_launch(
         device, &raster->small, count, count, "set up triangles, raster small ones",
         ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first_triangle), ARG(count),
@@ -150,12 +154,15 @@ static Status direct_draw(RasterVisibility *raster, Device *device, const Device
              ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),
              ARG_BUFFER(raster->keys), BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
         log));
-    TRY(device_launch(device, &raster->teams, raster_team_items(device), 0, "raster large triangles",
-                      ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera),
-                           ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count),
-                           ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),
-                           ARG_BUFFER(raster->keys), BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
-                      log));
+    const Kernel *large[] = {&raster->split, &raster->draw};
+    const char *const sentences[] = {"find the tiles of large triangles", "raster large triangles"};
+    for (int i = 0; i < 2; i++)
+      TRY(device_launch(device, large[i], raster_box_items(device), 0, sentences[i],
+                        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera),
+                             ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count),
+                             ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),
+                             ARG_BUFFER(raster->keys), BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
+                        log));
   }
   TRY(device_launch(
       device, &raster->resolve, slots, slots, "raster camera visibility",

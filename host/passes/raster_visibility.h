@@ -8,17 +8,17 @@
 
 typedef struct RasterVisibility {
   RasterWay way;
-  Kernel setup, bins;               // RASTER_WAY_BINS
-  Kernel small, teams, resolve;     // RASTER_WAY_DIRECT
-  DeviceBuffer view;                // RasterView
-  RasterBins binned;                // of one pass
-  DeviceBuffer keys;                // by slot, 64 bits
-  RasterBoxes boxes;                // of one pass
-  DeviceBuffer costs;               // RASTER_COSTS
-  uint32_t pass_chunks, pass_bins;  // that a pass may have
-  uint32_t samples;                 // of the camera
-  uint32_t columns, pass_rows;      // bins across the picture; rows of bins of a pass
-  bool ready;                       // the bins hold the whole scene for the whole picture
+  Kernel setup, bins;                  // RASTER_WAY_BINS
+  Kernel small, split, draw, resolve;  // RASTER_WAY_DIRECT
+  DeviceBuffer view;                   // RasterView
+  RasterBins binned;                   // of one pass
+  DeviceBuffer keys;                   // by slot, 64 bits
+  RasterBoxes boxes;                   // of one pass
+  DeviceBuffer costs;                  // RASTER_COSTS
+  uint32_t pass_chunks, pass_bins;     // that a pass may have
+  uint32_t samples;                    // of the camera
+  uint32_t columns, pass_rows;         // bins across the picture; rows of bins of a pass
+  bool ready;                          // the bins hold the whole scene for the whole picture
 } RasterVisibility;
 
 // For a scene and its triangles, or others alike. Errors: those of program_build, buffer_create.
