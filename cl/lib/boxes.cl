@@ -35,15 +35,15 @@
 #error "a work-group's boxes do not fit into its counter"
 #endif
 
-// Could `bits` (of a depth) be below, or equal to, what is at `depth` now? A look that saves most atomics. It races
-// with them, harmlessly: depths only fall, and one that has fallen since costs an atomic. Checkers for races may do
-// without (-D WITHOUT_PEEKS).
-static inline bool depth_may_fall(volatile global const uint *depth, uint bits)
+// The bits of a depth that is at `depth` now: what is not below or equal to it is hidden. A look that saves most atomics.
+// It races with them, harmlessly: depths only fall, and one that has fallen since costs an atomic. Checkers for races
+// may do without (-D WITHOUT_PEEKS).
+static inline uint depth_now(volatile global const uint *depth)
 {
 #ifdef WITHOUT_PEEKS
-  return true;
+  return UINT_MAX;
 #else
-  return bits <= *depth;
+  return *depth;
 #endif
 }
 

@@ -58,7 +58,7 @@ static inline void texel_draw(const WindowTriangle *t, int x, int y, int4 window
   if ((edge0 | edge1 | edge2) < 0) return;
   uint depth = as_uint(texel_depth(t, block_depth(t, x & ~3, y & ~3), x & 3, y & 3));
   global uint *texel = &map[depth_map_index((uint)(window.x + x), (uint)(window.y + y), scope->view->width)];
-  if (!depth_may_fall(texel, depth)) return;
+  if (depth > depth_now(texel)) return;
 #ifdef HAS_MASK
   global const RasterBlock *block = &scope->blocks[number / RASTER_STEP];
   uint slot = number % RASTER_STEP;

@@ -160,17 +160,17 @@ static inline bool edges_meet_box(const SampleEdges *e, int4 bounds)
   return true;
 }
 
-// The upper half of a key is its second word: devices are little-endian.
+// The upper half of a key is its second word: devices are little-endian. It is looked at early, and has come when the
+// intersection is done.
 static inline void sample_draw(const Triangle *t, const Scope *scope, int x, int y, uint sample, Float2 offset,
                                global ulong *keys)
 {
   uint slot = wave_slot(scope, (uint)x, (uint)y, sample);
   if (slot == HIT_NONE) return;
+  uint depth = depth_now((volatile global const uint *)&keys[slot] + 1);
   SampleRay ray = sample_ray(scope->camera, (uint)x, (uint)y, offset);
   ulong key = sample_key(t, scope, &ray);
-  if (key == ULONG_MAX) return;
-  volatile global const uint *depth = (volatile global const uint *)&keys[slot] + 1;
-  if (depth_may_fall(depth, (uint)(key >> 32))) atom_min(&keys[slot], key);
+  if (key != ULONG_MAX && (uint)(key >> 32) <= depth) atom_min(&keys[slot], key);
 }
 
 // Moves (x, y) on, row by row, to the next sample that may be met.
