@@ -21,9 +21,9 @@
       constant float *linear_from_byte
 
 // The lists, as kernel parameters: boxes to split, the number of the first tile of each, tiles, and how many there are.
-// The first `room` tiles have a place, others none.
+// The first `room` tiles have a place, whoever finds others draws them alone.
 #define BOX_PARAMETERS \
-  global RasterBox *boxes, global ulong *box_starts, global RasterBox *box_tiles, global ulong *box_counts, uint room
+  global RasterBox *boxes, global ulong *box_starts, global uint4 *tiles, global ulong *box_counts, uint room
 
 #define BOX_SHIFT 40
 #define BOX_TILES(counter) ((counter) & (((ulong)1 << BOX_SHIFT) - 1))
@@ -66,11 +66,29 @@ static inline bool box_is_small(int x0, int y0, int x1, int y1)
 }
 
 // Pieces of 8 x 4 pixels are what a team draws at once: both slots of a wave and texels of a depth map keep a piece in
-// one place, in the order of the team's members. Tiles start at a piece.
-static inline int2 piece_start(int x, int y) { return (int2)(x & ~7, y & ~3); }
-static inline int2 piece_pixel(uint member)
+// one place, in the order of the team's members. Tiles start at a piece. A member first marks those of its pixels that
+// are within the edges, bit 4 row + column for a piece of the tile, and then draws these: a team's members do what takes
+// long together.
+#define TILE_COLUMNS (RASTER_TILE_PX / 8)
+#define TILE_ROWS (RASTER_TILE_PX / 4)
+#if TILE_COLUMNS > 4 || TILE_ROWS > 8
+#error "a tile's pieces are more than a word has bits"
+#endif
+
+static inline int2 piece_start(int2 pixel) { return (int2)(pixel.x & ~7, pixel.y & ~3); }
+static inline int2 piece_pixel(void)
 {
+  uint member = get_global_id(0) % RASTER_TEAM;
   return (int2)((int)(member / 16 * 4 + member % 4), (int)(member / 4 % 4));
+}
+static inline int2 piece_offset(uint bit) { return (int2)((int)(bit % 4 * 8), (int)(bit / 4 * 4)); }
+
+// The bits of a member's pixels, of which the first is at `first`, that are not beyond `last`.
+static inline uint pieces_within(int2 first, int2 last)
+{
+  int2 count = (last - first + (int2)(8, 4)) / (int2)(8, 4);
+  uint row = (1u << clamp(count.x, 0, 4)) - 1;
+  return count.y >= 8 ? row * 0x11111111u : row * 0x11111111u & ((1u << 4 * max(count.y, 0)) - 1);
 }
 
 static inline uint box_columns(int4 bounds) { return (uint)(bounds.z - (bounds.x & ~7)) / RASTER_TILE_PX + 1; }
@@ -81,7 +99,7 @@ static inline uint box_tile_count(RasterBox box)
   return box_columns(bounds) * ((uint)(bounds.w - (bounds.y & ~3)) / RASTER_TILE_PX + 1);
 }
 
-// Gives places in box_tiles to the members of a work-group that are `wanted`; every member calls it. The place may be
+// Gives places in `tiles` to the members of a work-group that are `wanted`; every member calls it. The place may be
 // beyond the list's room. `queued` and `first` are the group's own.
 static inline uint tile_place(bool wanted, local uint *queued, local ulong *first, global ulong *box_counts)
 {
@@ -94,12 +112,10 @@ static inline uint tile_place(bool wanted, local uint *queued, local ulong *firs
   return wanted ? (uint)min(*first + before, (ulong)UINT_MAX) : 0;
 }
 
-// Lists the boxes of the members of a work-group that are `wanted`; every member calls it.
-static inline void box_list(bool wanted, RasterBox box, local uint *queued, local ulong *first, BOX_PARAMETERS)
+// Lists the boxes of the members of a work-group that have more than one of `tiles`; every member calls it.
+static inline void box_list(uint tiles, RasterBox box, local uint *queued, local ulong *first, global RasterBox *boxes,
+                            global ulong *box_starts, global ulong *box_counts)
 {
-  uint tiles = wanted ? box_tile_count(box) : 0;
-  uint place = tile_place(tiles == 1, queued, first, box_counts);
-  if (tiles == 1) box_tiles[place] = box;  // there is room for every triangle
   if (get_local_id(0) == 0) *queued = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
   uint before = tiles > 1 ? atomic_add(queued, 1u << GROUP_BOX_SHIFT | tiles) : 0;
@@ -129,7 +145,6 @@ static inline RasterBox box_tile(ulong tile, global const RasterBox *boxes, glob
   RasterBox box = boxes[low];
   int4 bounds = box_bounds(box);
   uint within = (uint)(tile - box_starts[low]), columns = box_columns(bounds);
-  int2 start =
-      piece_start(bounds.x, bounds.y) + (int2)((int)(within % columns), (int)(within / columns)) * RASTER_TILE_PX;
+  int2 start = piece_start(bounds.xy) + (int2)((int)(within % columns), (int)(within / columns)) * RASTER_TILE_PX;
   return box_of(box.number, box.view, (int4)(max(start, bounds.xy), min(start + (RASTER_TILE_PX - 1), bounds.zw)));
 }

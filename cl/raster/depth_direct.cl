@@ -48,14 +48,18 @@ static inline bool window_meets(const WindowTriangle *t)
   return true;
 }
 
-// Draws texel (x, y) of the window, whose first texel begins a block.
-static inline void texel_draw(const WindowTriangle *t, int x, int y, int4 window, uint number, const Scope *scope,
-                              global uint *map)
+static inline bool texel_covered(const WindowTriangle *t, int x, int y)
 {
   int edge0 = t->edge[0] + t->edge_x[0] * x + t->edge_y[0] * y,
       edge1 = t->edge[1] + t->edge_x[1] * x + t->edge_y[1] * y;
   int edge2 = t->edge[2] + t->edge_x[2] * x + t->edge_y[2] * y;
-  if ((edge0 | edge1 | edge2) < 0) return;
+  return (edge0 | edge1 | edge2) >= 0;
+}
+
+// Draws texel (x, y), which is covered, of the window, whose first texel begins a block.
+static inline void texel_draw(const WindowTriangle *t, int x, int y, int4 window, uint number, const Scope *scope,
+                              global uint *map)
+{
   uint depth = as_uint(texel_depth(t, block_depth(t, x & ~3, y & ~3), x & 3, y & 3));
   global uint *texel = &map[depth_map_index((uint)(window.x + x), (uint)(window.y + y), scope->view->width)];
   if (depth > depth_now(texel)) return;
@@ -73,39 +77,88 @@ static inline void texel_draw(const WindowTriangle *t, int x, int y, int4 window
 static inline int4 box_window(RasterBox box)
 {
   int4 bounds = box_bounds(box);
-  int2 start = piece_start(bounds.x, bounds.y);
+  int2 start = piece_start(bounds.xy);
   return (int4)(start, bounds.zw - start + 1);
 }
 
-// Draws a window's texels: all of them, or those of a member of a team.
+static inline global uint *map_of(global uint *maps, const Scope *scope, uint view)
+{
+  return maps + view * scope->view->width * scope->view->width;
+}
+
+// Draws a window's texels, all of them or those of a member of a team.
 static inline void window_draw(const WindowTriangle *t, int4 window, uint number, const Scope *scope, global uint *map,
                                bool alone)
 {
   if (alone) {
     for (int y = t->first_y; y <= t->last_y; y++)
-      for (int x = t->first_x; x <= t->last_x; x++) texel_draw(t, x, y, window, number, scope, map);
+      for (int x = t->first_x; x <= t->last_x; x++)
+        if (texel_covered(t, x, y)) texel_draw(t, x, y, window, number, scope, map);
     return;
   }
-  int2 start = piece_start(t->first_x, t->first_y) + piece_pixel(get_global_id(0) % RASTER_TEAM);
-  for (int y = start.y; y <= t->last_y; y += 4)
-    for (int x = start.x; x <= t->last_x; x += 8)
-      if (x >= t->first_x && y >= t->first_y) texel_draw(t, x, y, window, number, scope, map);
+  int2 first = piece_pixel(), last = (int2)(t->last_x, t->last_y), pieces = last / (int2)(8, 4);
+  uint within = pieces_within(first, last), covered = 0;
+  for (int y = 0; y <= pieces.y; y++)
+    for (int x = 0; x <= pieces.x; x++)
+      covered |= (uint)texel_covered(t, first.x + 8 * x, first.y + 4 * y) << (4 * y + x);
+  for (covered &= within; covered; covered &= covered - 1) {
+    int2 at = first + piece_offset(lowest_bit(covered));
+    texel_draw(t, at.x, at.y, window, number, scope, map);
+  }
 }
 
-// Draws what a triangle has in a box, which holds no more than a tile.
-static inline void box_draw(const MapTriangle *t, const Scope *scope, RasterBox box, global uint *maps, bool alone)
+// Draws what a triangle that must be clipped has in a box of a tile at most.
+static inline void clipped_draw(const MapTriangle *t, const Scope *scope, RasterBox box, global uint *maps, bool alone)
 {
   WindowTriangle in;
   int4 window = box_window(box);
-  global uint *map = maps + box.view * scope->view->width * scope->view->width;
-  if (!t->clipped) {
-    if (triangle_window(&in, t, window)) window_draw(&in, window, box.number, scope, map, alone);
-    return;
-  }
   ClipPolygon polygon = depth_clip(scope->view, clip_corner(t, 0, 0), clip_corner(t, 1, 0), clip_corner(t, 2, 0));
   for (uint i = 2; i < polygon.count; i++)
     if (window_fan_triangle(&in, &polygon, i, scope->view, window))
-      window_draw(&in, window, box.number, scope, map, alone);
+      window_draw(&in, window, box.number, scope, map_of(maps, scope, box.view), alone);
+}
+
+// A tile in the list: the box, view << 1 | must it be clipped, and the triangle in its window.
+static inline void tile_store(global uint4 *to, RasterBox box, uint clipped, const WindowTriangle *t)
+{
+  to[0] = (uint4)(box.x, box.y, box.number, box.view << 1 | clipped);
+  if (clipped) return;
+  to[1] = as_uint4((int4)(t->edge[0], t->edge[1], t->edge[2], t->edge_x[0]));
+  to[2] = as_uint4((int4)(t->edge_x[1], t->edge_x[2], t->edge_y[0], t->edge_y[1]));
+  to[3] = as_uint4((int4)(t->edge_y[2], t->offset_x, t->offset_y, as_int(t->depth)));
+  to[4] = as_uint4((float4)(t->depth_x, t->depth_y, t->least, t->greatest));
+  to[5].x = (uint)(t->first_x | t->first_y << 8 | t->last_x << 16 | t->last_y << 24);
+}
+
+static inline RasterBox tile_load(WindowTriangle *t, uint *clipped, global const uint4 *from)
+{
+  uint4 head = from[0];
+  RasterBox box = {head.z, head.w >> 1, head.x, head.y};
+  *clipped = head.w & 1;
+  if (*clipped) return box;
+  int4 v1 = as_int4(from[1]), v2 = as_int4(from[2]), v3 = as_int4(from[3]);
+  float4 v4 = as_float4(from[4]);
+  int range = as_int(from[5].x);
+  t->edge[0] = v1.x, t->edge[1] = v1.y, t->edge[2] = v1.z;
+  t->edge_x[0] = v1.w, t->edge_x[1] = v2.x, t->edge_x[2] = v2.y;
+  t->edge_y[0] = v2.z, t->edge_y[1] = v2.w, t->edge_y[2] = v3.x;
+  t->offset_x = v3.y, t->offset_y = v3.z;
+  t->depth = as_float(v3.w), t->depth_x = v4.x, t->depth_y = v4.y, t->least = v4.z, t->greatest = v4.w;
+  t->first_x = range & 0xff, t->first_y = range >> 8 & 0xff;
+  t->last_x = range >> 16 & 0xff, t->last_y = range >> 24 & 0xff;
+  return box;
+}
+
+// Lists a tile, or draws it where the list is full.
+static inline void tile_pass(const MapTriangle *t, const WindowTriangle *in, const Scope *scope, RasterBox box,
+                             uint place, uint room, global uint4 *tiles, global uint *maps)
+{
+  if (place < room)
+    tile_store(&tiles[place * RASTER_TILE_VECTORS], box, t->clipped != 0, in);
+  else if (t->clipped)
+    clipped_draw(t, scope, box, maps, true);
+  else
+    window_draw(in, box_window(box), box.number, scope, map_of(maps, scope, box.view), true);
 }
 
 kernel void depth_small(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
@@ -119,13 +172,16 @@ kernel void depth_small(global const RasterBlock *blocks, global const RasterBou
   if (view >= view_count) return;  // whole work-groups, here and below: a chunk is of whole ones
   Scope scope = {&views[view], blocks, &attributes};
   if (!bounds_on_map(&bounds[number / RASTER_CHUNK], scope.view)) return;
+  WindowTriangle in;
   MapTriangle t = triangle_setup(&scope, number);
-  bool small = !t.culled && !t.clipped && box_is_small(t.first_x, t.first_y, t.last_x, t.last_y);
-  int4 box = (int4)(t.first_x, t.first_y, t.last_x, t.last_y);
-  box_list(!t.culled && !small, box_of(number, view, box), &queued, &first, boxes, box_starts, box_tiles, box_counts,
-           room);
-  if (!small) return;
-  box_draw(&t, &scope, box_of(number, view, box), maps, true);
+  RasterBox box = box_of(number, view, (int4)(t.first_x, t.first_y, t.last_x, t.last_y));
+  bool small = !t.clipped && box_is_small(t.first_x, t.first_y, t.last_x, t.last_y);
+  uint tile_total = !t.culled && !small ? box_tile_count(box) : 0;
+  box_list(tile_total, box, &queued, &first, boxes, box_starts, box_counts);
+  if (tile_total > 1) t.culled = 1;
+  t.culled = t.culled || !(t.clipped || triangle_window(&in, &t, box_window(box)));
+  uint place = tile_place(!t.culled && !small, &queued, &first, box_counts);
+  if (!t.culled) tile_pass(&t, &in, &scope, box, small ? UINT_MAX : place, room, tiles, maps);
 }
 
 kernel void depth_split(global const RasterBlock *blocks, constant RasterView *views, global uint *maps, BOX_PARAMETERS,
@@ -139,22 +195,19 @@ kernel void depth_split(global const RasterBlock *blocks, constant RasterView *v
   for (ulong begin = get_group_id(0) * GROUP_SIZE; begin < all; begin += get_global_size(0)) {
     ulong at = begin + get_local_id(0);
     bool meets = false;
-    RasterBox tile;
+    RasterBox box;
     MapTriangle t;
+    WindowTriangle in;
     if (at < all) {
-      WindowTriangle in;
-      tile = box_tile(at, boxes, box_starts, box_count);
-      Scope scope = {&views[tile.view], blocks, &attributes};
-      t = triangle_setup(&scope, tile.number);
-      meets = t.clipped || (triangle_window(&in, &t, box_window(tile)) && window_meets(&in));
+      box = box_tile(at, boxes, box_starts, box_count);
+      Scope scope = {&views[box.view], blocks, &attributes};
+      t = triangle_setup(&scope, box.number);
+      meets = t.clipped || (triangle_window(&in, &t, box_window(box)) && window_meets(&in));
     }
     uint place = tile_place(meets, &queued, &first, box_counts);
     if (!meets) continue;
-    Scope scope = {&views[tile.view], blocks, &attributes};
-    if (place < room)
-      box_tiles[place] = tile;
-    else
-      box_draw(&t, &scope, tile, maps, true);
+    Scope scope = {&views[box.view], blocks, &attributes};
+    tile_pass(&t, &in, &scope, box, place, room, tiles, maps);
   }
 }
 
@@ -164,9 +217,15 @@ kernel void depth_tiles(global const RasterBlock *blocks, constant RasterView *v
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   uint all = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), teams = get_global_size(0) / RASTER_TEAM;
   for (uint i = get_global_id(0) / RASTER_TEAM; i < all; i += teams) {
-    RasterBox tile = box_tiles[i];
-    Scope scope = {&views[tile.view], blocks, &attributes};
-    MapTriangle t = triangle_setup(&scope, tile.number);
-    box_draw(&t, &scope, tile, maps, false);
+    WindowTriangle in;
+    uint clipped;
+    RasterBox box = tile_load(&in, &clipped, &tiles[i * RASTER_TILE_VECTORS]);
+    Scope scope = {&views[box.view], blocks, &attributes};
+    if (!clipped) {
+      window_draw(&in, box_window(box), box.number, &scope, map_of(maps, &scope, box.view), false);
+      continue;
+    }
+    MapTriangle t = triangle_setup(&scope, box.number);
+    clipped_draw(&t, &scope, box, maps, false);
   }
 }

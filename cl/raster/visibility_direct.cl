@@ -142,11 +142,15 @@ static inline SampleEdges sample_edges(const VisibleTriangle *t)
   return out;
 }
 
-static inline bool edges_meet(const SampleEdges *e, float x, float y)
+// An edge function at y, then at x. NaN is not below 0.
+static inline float edge_row(const SampleEdges *e, uint i, float y)
 {
-  return !(e->edge_0[0] + e->edge_x[0] * x + e->edge_y[0] * y < 0 ||
-           e->edge_0[1] + e->edge_x[1] * x + e->edge_y[1] * y < 0 ||
-           e->edge_0[2] + e->edge_x[2] * x + e->edge_y[2] * y < 0);
+  return MULTIPLY_ADD(e->edge_y[i], y, e->edge_0[i]);
+}
+static inline bool edges_meet(const SampleEdges *e, const float row[3], float x)
+{
+  return !(fmin(fmin(MULTIPLY_ADD(e->edge_x[0], x, row[0]), MULTIPLY_ADD(e->edge_x[1], x, row[1])),
+                MULTIPLY_ADD(e->edge_x[2], x, row[2])) < 0);
 }
 
 // Could a sample of the box's pixels be met?
@@ -155,7 +159,7 @@ static inline bool edges_meet_box(const SampleEdges *e, int4 bounds)
   for (uint i = 0; i < 3; i++) {
     float x = (float)(e->edge_x[i] > 0 ? bounds.z + 1 : bounds.x);
     float y = (float)(e->edge_y[i] > 0 ? bounds.w + 1 : bounds.y);
-    if (e->edge_0[i] + e->edge_x[i] * x + e->edge_y[i] * y < 0) return false;
+    if (MULTIPLY_ADD(e->edge_x[i], x, edge_row(e, i, y)) < 0) return false;
   }
   return true;
 }
@@ -176,9 +180,12 @@ static inline void sample_draw(const Triangle *t, const Scope *scope, int x, int
 // Moves (x, y) on, row by row, to the next sample that may be met.
 static inline bool sample_next(const SampleEdges *edges, Float2 offset, int4 bounds, int *x, int *y)
 {
-  for (; *y <= bounds.w; (*y)++, *x = bounds.x)
-    for (; *x <= bounds.z; (*x)++)
-      if (edges_meet(edges, (float)*x + offset.x, (float)*y + offset.y)) return true;
+  for (; *y <= bounds.w; (*y)++, *x = bounds.x) {
+    float along = (float)*x + offset.x, down = (float)*y + offset.y;
+    const float row[3] = {edge_row(edges, 0, down), edge_row(edges, 1, down), edge_row(edges, 2, down)};
+    for (; *x <= bounds.z; (*x)++, along += 1)
+      if (edges_meet(edges, row, along)) return true;
+  }
   return false;
 }
 
@@ -192,6 +199,57 @@ static inline void box_draw(const Triangle *t, const SampleEdges *edges, const S
     int x = bounds.x, y = bounds.y;
     for (; sample_next(edges, offset, bounds, &x, &y); x++) sample_draw(t, scope, x, y, sample, offset, keys);
   }
+}
+
+// A team's part of a tile. Pixels before the bounds are no less within the edges for that.
+static inline void tile_draw(const Triangle *t, const SampleEdges *edges, const Scope *scope, int4 bounds,
+                             global ulong *keys)
+{
+  int2 start = piece_start(bounds.xy), first = start + piece_pixel(), last = (bounds.zw - start) / (int2)(8, 4);
+  uint within = pieces_within(first, bounds.zw);
+  for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
+    Float2 offset = scope->offsets[scope->wave.first_sample + sample];
+    float down = (float)first.y + offset.y;
+    uint met = 0;
+    for (int y = 0; y <= last.y; y++, down += 4) {
+      float along = (float)first.x + offset.x;
+      const float row[3] = {edge_row(edges, 0, down), edge_row(edges, 1, down), edge_row(edges, 2, down)};
+      for (int x = 0; x <= last.x; x++, along += 8) met |= (uint)edges_meet(edges, row, along) << (4 * y + x);
+    }
+    for (met &= within; met; met &= met - 1) {
+      int2 at = first + piece_offset(lowest_bit(met));
+      sample_draw(t, scope, at.x, at.y, sample, offset, keys);
+    }
+  }
+}
+
+// A tile in the list: first and last pixel, id and flags, vertices, edges.
+static inline void tile_store(global uint4 *to, RasterBox box, const Triangle *t, const SampleEdges *e)
+{
+  float3 a = t->corner[0], b = t->corner[1], c = t->corner[2];
+  to[0] = (uint4)(box.x, box.y, t->id, t->flags);
+  to[1] = as_uint4((float4)(a, b.x));
+  to[2] = as_uint4((float4)(b.yz, c.xy));
+  to[3] = as_uint4((float4)(c.z, e->edge_0[0], e->edge_0[1], e->edge_0[2]));
+  to[4] = as_uint4((float4)(e->edge_x[0], e->edge_x[1], e->edge_x[2], e->edge_y[0]));
+  to[5].xy = as_uint2((float2)(e->edge_y[1], e->edge_y[2]));
+}
+
+static inline RasterBox tile_load(Triangle *t, SampleEdges *e, global const uint4 *from)
+{
+  uint4 head = from[0];
+  float4 v1 = as_float4(from[1]), v2 = as_float4(from[2]), v3 = as_float4(from[3]), v4 = as_float4(from[4]);
+  float2 v5 = as_float2(from[5].xy);
+  RasterBox box = {0, 0, head.x, head.y};
+  t->id = head.z;
+  t->flags = head.w;
+  t->corner[0] = v1.xyz;
+  t->corner[1] = (float3)(v1.w, v2.xy);
+  t->corner[2] = (float3)(v2.zw, v3.x);
+  e->edge_0[0] = v3.y, e->edge_0[1] = v3.z, e->edge_0[2] = v3.w;
+  e->edge_x[0] = v4.x, e->edge_x[1] = v4.y, e->edge_x[2] = v4.z;
+  e->edge_y[0] = v4.w, e->edge_y[1] = v5.x, e->edge_y[2] = v5.y;
+  return box;
 }
 
 // Pixels that may be met, within the picture's rows [first_row, end_row); false where there is none.
@@ -232,21 +290,16 @@ kernel void visibility_small(global const RasterBlock *blocks, global const Rast
   int4 box = (int4)(0);
   bool seen = visible_box(&box, &t, view, first_row, end_row, offsets + first_sample, sample_count);
   bool small = seen && box_is_small(box.x, box.y, box.z, box.w);
-  box_list(seen && !small, box_of(number, 0, box), &queued, &first, boxes, box_starts, box_tiles, box_counts, room);
-  if (!small) return;
+  RasterBox listed = box_of(number, 0, box);
+  uint tile_total = seen && !small ? box_tile_count(listed) : 0;
+  box_list(tile_total, listed, &queued, &first, boxes, box_starts, box_counts);
+  uint place = tile_place(tile_total == 1, &queued, &first, box_counts);
+  if (!small && tile_total != 1) return;
   SampleEdges edges = sample_edges(&t);
-  box_draw(&triangle, &edges, &scope, box, keys);
-}
-
-// A listed triangle, set up again.
-static inline SampleEdges listed_load(Triangle *out, global const RasterBlock *blocks, uint number,
-                                      constant RasterView *view)
-{
-  Vec3L a[3];
-  *out = triangle_load(blocks, number);
-  triangle_relative(a, out, view);
-  VisibleTriangle t = visible_setup(view, a, out->flags, 0);
-  return sample_edges(&t);
+  if (small || place >= room)
+    box_draw(&triangle, &edges, &scope, box, keys);
+  else
+    tile_store(&tiles[place * RASTER_TILE_VECTORS], listed, &triangle, &edges);
 }
 
 kernel void visibility_split(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
@@ -267,29 +320,19 @@ kernel void visibility_split(global const RasterBlock *blocks, constant RasterVi
     SampleEdges edges;
     if (at < all) {
       tile = box_tile(at, boxes, box_starts, box_count);
-      edges = listed_load(&triangle, blocks, tile.number, view);
+      Vec3L a[3];
+      triangle = triangle_load(blocks, tile.number);
+      triangle_relative(a, &triangle, view);
+      VisibleTriangle t = visible_setup(view, a, triangle.flags, 0);
+      edges = sample_edges(&t);
       meets = edges_meet_box(&edges, box_bounds(tile));
     }
     uint place = tile_place(meets, &queued, &first, box_counts);
     if (!meets) continue;
     if (place < room)
-      box_tiles[place] = tile;
+      tile_store(&tiles[place * RASTER_TILE_VECTORS], tile, &triangle, &edges);
     else
       box_draw(&triangle, &edges, &scope, box_bounds(tile), keys);
-  }
-}
-
-// A team's part of a tile.
-static inline void tile_draw(const Triangle *t, const SampleEdges *edges, const Scope *scope, int4 bounds,
-                             global ulong *keys)
-{
-  int2 start = piece_start(bounds.x, bounds.y) + piece_pixel(get_global_id(0) % RASTER_TEAM);
-  for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
-    Float2 offset = scope->offsets[scope->wave.first_sample + sample];
-    for (int y = start.y; y <= bounds.w; y += 4)
-      for (int x = start.x; x <= bounds.z; x += 8)
-        if (x >= bounds.x && y >= bounds.y && edges_meet(edges, (float)x + offset.x, (float)y + offset.y))
-          sample_draw(t, scope, x, y, sample, offset, keys);
   }
 }
 
@@ -301,9 +344,9 @@ kernel void visibility_tiles(global const RasterBlock *blocks, constant RasterVi
   Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
   uint all = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), teams = get_global_size(0) / RASTER_TEAM;
   for (uint i = get_global_id(0) / RASTER_TEAM; i < all; i += teams) {
-    RasterBox tile = box_tiles[i];
     Triangle triangle;
-    SampleEdges edges = listed_load(&triangle, blocks, tile.number, view);
+    SampleEdges edges;
+    RasterBox tile = tile_load(&triangle, &edges, &tiles[i * RASTER_TILE_VECTORS]);
     tile_draw(&triangle, &edges, &scope, box_bounds(tile), keys);
   }
 }

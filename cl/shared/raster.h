@@ -59,8 +59,7 @@ SHARED_SIZE(RasterSpan, 20);
 // corner before division, for whoever draws it to clip.
 #define DEPTH_CLIPPED 0x80000000u
 
-// A triangle, or a tile of it, that a work-item of its own would take too long for: in the lists of the direct way
-// (cl/raster/*_direct.cl).
+// A triangle that a work-item of its own would take too long for, in the list of the direct way (cl/lib/boxes.cl).
 typedef struct RasterBox {
   uint number;  // of the triangle in the blocks
   uint view;    // of the view table
@@ -71,6 +70,7 @@ SHARED_SIZE(RasterBox, 16);
 #define RASTER_SMALL_PX 36  // pixels of a box up to which one work-item draws the triangle
 #define RASTER_TILE_PX 32   // RASTER_TEAM work-items draw a larger one by tiles of this side
 #define RASTER_TEAM 32
+#define RASTER_TILE_VECTORS 6  // of four words: a triangle set up for a tile, as cl/raster/*_direct.cl say
 
 // Counts of those lists, of 64 bits each.
 #define RASTER_BOX_COUNT 0   // boxes to split and their tiles: cl/lib/boxes.cl

@@ -38,11 +38,11 @@ void raster_bins_free(RasterBins *bins)
 Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, uint32_t tiles, Log *log)
 {
   Status status = STATUS_OK;
-  size_t triangles = chunks * RASTER_CHUNK;
-  RasterBoxes made = {.room = (uint32_t)triangles + tiles};
+  size_t triangles = chunks * RASTER_CHUNK, tile_bytes = RASTER_TILE_VECTORS * 4 * sizeof(uint32_t);
+  RasterBoxes made = {.room = tiles};
   TRY(buffer_create(&made.boxes, device, triangles * sizeof(RasterBox), NULL, "raster triangles", log));
   TRY(buffer_create(&made.starts, device, triangles * sizeof(uint64_t), NULL, "raster triangles", log));
-  TRY(buffer_create(&made.tiles, device, made.room * sizeof(RasterBox), NULL, "raster tiles", log));
+  TRY(buffer_create(&made.tiles, device, tiles * tile_bytes, NULL, "raster tiles", log));
   TRY(buffer_create(&made.counts, device, RASTER_BOX_COUNTS * sizeof(uint64_t), NULL, "raster tiles", log));
   *out = made;
   made = (RasterBoxes){0};

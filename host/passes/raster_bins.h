@@ -25,13 +25,12 @@ void raster_bins_free(RasterBins *bins);
 typedef struct RasterBoxes {
   DeviceBuffer boxes;   // RasterBox, to split; room for every triangle of the pass
   DeviceBuffer starts;  // 64-bit number of the first tile of each
-  DeviceBuffer tiles;   // RasterBox [room]
+  DeviceBuffer tiles;   // [room] of RASTER_TILE_VECTORS x 4 words
   DeviceBuffer counts;  // 64 bits each
   uint32_t room;
 } RasterBoxes;
 
-// For `chunks` chunks, and `tiles` tiles of large triangles besides: there may be more, which are drawn slowly. Errors:
-// those of buffer_create.
+// For `chunks` chunks and `tiles` tiles: there may be more, which are drawn slowly. Errors: those of buffer_create.
 Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, uint32_t tiles, Log *log);
 void raster_boxes_free(RasterBoxes *boxes);
 
