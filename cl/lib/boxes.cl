@@ -7,7 +7,7 @@
 // tile of all finds its box by binary search. Tiles that the triangle does not meet, most of those of slivers and of
 // triangles about the eye, go no further.
 //
-//   Needs cl_khr_int64_base_atomics.
+//   Needs cl_khr_int64_base_atomics and a GROUP_SIZE of one or two teams.
 
 #pragma OPENCL EXTENSION cl_khr_int64_base_atomics : enable
 
@@ -31,14 +31,14 @@
 // The same within a work-group, in 32 bits: a box has no more than 2^19 tiles.
 #define GROUP_BOX_SHIFT 25
 #define GROUP_BOX_TILES(counter) ((counter) & ((1u << GROUP_BOX_SHIFT) - 1))
-#if GROUP_SIZE > 64
-#error "a work-group's boxes do not fit into its counter"
+#if GROUP_SIZE > 64 || GROUP_SIZE % RASTER_TEAM
+#error "a work-group's boxes do not fit into its counter, or it is not of whole teams"
 #endif
 
 // The bits of a depth that is at `depth` now: what is not below or equal to it is hidden. A look that saves most atomics.
 // It races with them, harmlessly: depths only fall, and one that has fallen since costs an atomic. Checkers for races
 // may do without (-D WITHOUT_PEEKS).
-static inline uint depth_now(volatile global const uint *depth)
+static inline uint depth_now(global const uint *depth)
 {
 #ifdef WITHOUT_PEEKS
   return UINT_MAX;
@@ -147,4 +147,15 @@ static inline RasterBox box_tile(ulong tile, global const RasterBox *boxes, glob
   uint within = (uint)(tile - box_starts[low]), columns = box_columns(bounds);
   int2 start = piece_start(bounds.xy) + (int2)((int)(within % columns), (int)(within / columns)) * RASTER_TILE_PX;
   return box_of(box.number, box.view, (int4)(max(start, bounds.xy), min(start + (RASTER_TILE_PX - 1), bounds.zw)));
+}
+
+// Takes the next tiles of the list, one for each team of a work-group, and returns the first's number; every member calls
+// it. Tiles differ much in what they cost: teams that had every so many would wait for the unluckiest. (A loop that ends
+// by what this returns is compiled right by PoCL 3.1, one that ends by a condition in it is not.)
+static inline uint tiles_take(local ulong *first, global ulong *box_counts)
+{
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0) *first = atom_add(&box_counts[RASTER_TAKEN_COUNT], (ulong)(GROUP_SIZE / RASTER_TEAM));
+  barrier(CLK_LOCAL_MEM_FENCE);
+  return (uint)*first;
 }

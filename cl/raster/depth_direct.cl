@@ -211,21 +211,28 @@ kernel void depth_split(global const RasterBlock *blocks, constant RasterView *v
   }
 }
 
+// A team's part of a listed tile.
+static inline void tile_draw(global const uint4 *from, constant RasterView *views, global const RasterBlock *blocks,
+                             const AttributeSources *attributes, global uint *maps)
+{
+  WindowTriangle in;
+  uint clipped;
+  RasterBox box = tile_load(&in, &clipped, from);
+  Scope scope = {&views[box.view], blocks, attributes};
+  if (clipped) {
+    MapTriangle t = triangle_setup(&scope, box.number);
+    clipped_draw(&t, &scope, box, maps, false);
+  } else {
+    window_draw(&in, box_window(box), box.number, &scope, map_of(maps, &scope, box.view), false);
+  }
+}
+
 kernel void depth_tiles(global const RasterBlock *blocks, constant RasterView *views, global uint *maps, BOX_PARAMETERS,
                         ATTRIBUTE_PARAMETERS)
 {
+  local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  uint all = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), teams = get_global_size(0) / RASTER_TEAM;
-  for (uint i = get_global_id(0) / RASTER_TEAM; i < all; i += teams) {
-    WindowTriangle in;
-    uint clipped;
-    RasterBox box = tile_load(&in, &clipped, &tiles[i * RASTER_TILE_VECTORS]);
-    Scope scope = {&views[box.view], blocks, &attributes};
-    if (!clipped) {
-      window_draw(&in, box_window(box), box.number, &scope, map_of(maps, &scope, box.view), false);
-      continue;
-    }
-    MapTriangle t = triangle_setup(&scope, box.number);
-    clipped_draw(&t, &scope, box, maps, false);
-  }
+  uint count = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), team = get_local_id(0) / RASTER_TEAM;
+  for (uint i = tiles_take(&first, box_counts); i < count; i = tiles_take(&first, box_counts))
+    if (i + team < count) tile_draw(&tiles[(i + team) * RASTER_TILE_VECTORS], views, blocks, &attributes, maps);
 }

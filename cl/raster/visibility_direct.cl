@@ -114,8 +114,10 @@ static inline ulong sample_key(const Triangle *t, const Scope *scope, const Samp
     sample_hold(&hit, s, t, scope->t_min);
     if (!hit_is_closest(&hit, 1, scope->t_min, far_m, HIT_NONE, t->id, t->flags, positive_kz)) return ULONG_MAX;
   }
-  bool seen = hit_counts(&hit, 1, t->id, t->flags, scope->attributes);
-  return seen ? (ulong)as_uint(hit.t) << 32 | t->id : ULONG_MAX;
+  // Where t is not in doubt it is above its error.
+  bool asks = hit.doubtful || t->flags & TRIANGLE_MASKED;
+  if (asks && !hit_counts(&hit, 1, t->id, t->flags, scope->attributes)) return ULONG_MAX;
+  return (ulong)as_uint(hit.t) << 32 | t->id;
 }
 
 // Slot of a pixel and sample of the wave; HIT_NONE where the wave does not hold it.
@@ -129,9 +131,25 @@ static inline uint wave_slot(const Scope *scope, uint x, uint y, uint sample)
 // Where a triangle may be met: what these let in, triangle_intersect decides.
 typedef struct SampleEdges {
   float edge_x[3], edge_y[3], edge_0[3];  // >= 0 (or NaN) at a sample that may be met
+  uint nearest;                           // bits of a depth that no hit is before
 } SampleEdges;
 
-static inline SampleEdges sample_edges(const VisibleTriangle *t)
+// A hit is not before the triangle's bounding box, not even where its t is in doubt (lib/hit.cl).
+static inline uint nearest_depth(constant RasterView *view, const Vec3L a[3])
+{
+  Vec3L low, high;
+  low.x = min3_lane(a[0].x, a[1].x, a[2].x), high.x = max3_lane(a[0].x, a[1].x, a[2].x);
+  low.y = min3_lane(a[0].y, a[1].y, a[2].y), high.y = max3_lane(a[0].y, a[1].y, a[2].y);
+  low.z = min3_lane(a[0].z, a[1].z, a[2].z), high.z = max3_lane(a[0].z, a[1].z, a[2].z);
+  Float4 row = view->depth;
+  float nearest = min(row.x * low.x, row.x * high.x) + min(row.y * low.y, row.y * high.y) +
+                  min(row.z * low.z, row.z * high.z) + row.w;
+  float far_off = max(fabs(low.x), fabs(high.x)) + max(fabs(low.y), fabs(high.y)) + max(fabs(low.z), fabs(high.z));
+  nearest -= 4 * RASTER_ROUNDING * far_off + view->error_m;
+  return nearest > 0 ? as_uint(nearest) : 0;  // 0 for NaN
+}
+
+static inline SampleEdges sample_edges(const VisibleTriangle *t, constant RasterView *view, const Vec3L a[3])
 {
   SampleEdges out;
   for (uint i = 0; i < 3; i++) {
@@ -139,6 +157,7 @@ static inline SampleEdges sample_edges(const VisibleTriangle *t)
     out.edge_y[i] = t->edge_y[i];
     out.edge_0[i] = t->edge_0[i] - 1.5f * (fabs(t->edge_x[i]) + t->edge_x[i] + fabs(t->edge_y[i]) + t->edge_y[i]);
   }
+  out.nearest = nearest_depth(view, a);
   return out;
 }
 
@@ -171,7 +190,7 @@ static inline void sample_draw(const Triangle *t, const Scope *scope, int x, int
 {
   uint slot = wave_slot(scope, (uint)x, (uint)y, sample);
   if (slot == HIT_NONE) return;
-  uint depth = depth_now((volatile global const uint *)&keys[slot] + 1);
+  uint depth = depth_now((global const uint *)&keys[slot] + 1);
   SampleRay ray = sample_ray(scope->camera, (uint)x, (uint)y, offset);
   ulong key = sample_key(t, scope, &ray);
   if (key != ULONG_MAX && (uint)(key >> 32) <= depth) atom_min(&keys[slot], key);
@@ -201,29 +220,7 @@ static inline void box_draw(const Triangle *t, const SampleEdges *edges, const S
   }
 }
 
-// A team's part of a tile. Pixels before the bounds are no less within the edges for that.
-static inline void tile_draw(const Triangle *t, const SampleEdges *edges, const Scope *scope, int4 bounds,
-                             global ulong *keys)
-{
-  int2 start = piece_start(bounds.xy), first = start + piece_pixel(), last = (bounds.zw - start) / (int2)(8, 4);
-  uint within = pieces_within(first, bounds.zw);
-  for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
-    Float2 offset = scope->offsets[scope->wave.first_sample + sample];
-    float down = (float)first.y + offset.y;
-    uint met = 0;
-    for (int y = 0; y <= last.y; y++, down += 4) {
-      float along = (float)first.x + offset.x;
-      const float row[3] = {edge_row(edges, 0, down), edge_row(edges, 1, down), edge_row(edges, 2, down)};
-      for (int x = 0; x <= last.x; x++, along += 8) met |= (uint)edges_meet(edges, row, along) << (4 * y + x);
-    }
-    for (met &= within; met; met &= met - 1) {
-      int2 at = first + piece_offset(lowest_bit(met));
-      sample_draw(t, scope, at.x, at.y, sample, offset, keys);
-    }
-  }
-}
-
-// A tile in the list: first and last pixel, id and flags, vertices, edges.
+// A tile in the list: first and last pixel, id and flags, vertices, edges, nearest depth.
 static inline void tile_store(global uint4 *to, RasterBox box, const Triangle *t, const SampleEdges *e)
 {
   float3 a = t->corner[0], b = t->corner[1], c = t->corner[2];
@@ -232,14 +229,14 @@ static inline void tile_store(global uint4 *to, RasterBox box, const Triangle *t
   to[2] = as_uint4((float4)(b.yz, c.xy));
   to[3] = as_uint4((float4)(c.z, e->edge_0[0], e->edge_0[1], e->edge_0[2]));
   to[4] = as_uint4((float4)(e->edge_x[0], e->edge_x[1], e->edge_x[2], e->edge_y[0]));
-  to[5].xy = as_uint2((float2)(e->edge_y[1], e->edge_y[2]));
+  to[5] = (uint4)(as_uint(e->edge_y[1]), as_uint(e->edge_y[2]), e->nearest, 0);
 }
 
 static inline RasterBox tile_load(Triangle *t, SampleEdges *e, global const uint4 *from)
 {
   uint4 head = from[0];
   float4 v1 = as_float4(from[1]), v2 = as_float4(from[2]), v3 = as_float4(from[3]), v4 = as_float4(from[4]);
-  float2 v5 = as_float2(from[5].xy);
+  uint4 tail = from[5];
   RasterBox box = {0, 0, head.x, head.y};
   t->id = head.z;
   t->flags = head.w;
@@ -248,8 +245,40 @@ static inline RasterBox tile_load(Triangle *t, SampleEdges *e, global const uint
   t->corner[2] = (float3)(v2.zw, v3.x);
   e->edge_0[0] = v3.y, e->edge_0[1] = v3.z, e->edge_0[2] = v3.w;
   e->edge_x[0] = v4.x, e->edge_x[1] = v4.y, e->edge_x[2] = v4.z;
-  e->edge_y[0] = v4.w, e->edge_y[1] = v5.x, e->edge_y[2] = v5.y;
+  e->edge_y[0] = v4.w, e->edge_y[1] = as_float(tail.x), e->edge_y[2] = as_float(tail.y);
+  e->nearest = tail.z;
   return box;
+}
+
+// A team's part of a tile. Pixels before the bounds are no less within the edges for that.
+static inline void tile_draw(global const uint4 *from, const Scope *scope, global ulong *keys)
+{
+  Triangle t;
+  SampleEdges edges;
+  int4 bounds = box_bounds(tile_load(&t, &edges, from));
+  int2 start = piece_start(bounds.xy), first = start + piece_pixel(), last = (bounds.zw - start) / (int2)(8, 4);
+  uint within = pieces_within(first, bounds.zw);
+  for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
+    Float2 offset = scope->offsets[scope->wave.first_sample + sample];
+    float down = (float)first.y + offset.y;
+    uint met = 0;
+    for (int y = 0; y <= last.y; y++, down += 4) {
+      float along = (float)first.x + offset.x;
+      const float row[3] = {edge_row(&edges, 0, down), edge_row(&edges, 1, down), edge_row(&edges, 2, down)};
+      for (int x = 0; x <= last.x; x++, along += 8) met |= (uint)edges_meet(&edges, row, along) << (4 * y + x);
+    }
+    met &= within;
+    for (uint bits = met; bits; bits &= bits - 1) {
+      int2 at = first + piece_offset(lowest_bit(bits));
+      uint slot = wave_slot(scope, (uint)at.x, (uint)at.y, sample);
+      bool hidden = slot == HIT_NONE || edges.nearest > depth_now((global const uint *)&keys[slot] + 1);
+      met &= ~((uint)hidden << lowest_bit(bits));
+    }
+    for (; met; met &= met - 1) {
+      int2 at = first + piece_offset(lowest_bit(met));
+      sample_draw(&t, scope, at.x, at.y, sample, offset, keys);
+    }
+  }
 }
 
 // Pixels that may be met, within the picture's rows [first_row, end_row); false where there is none.
@@ -295,7 +324,7 @@ kernel void visibility_small(global const RasterBlock *blocks, global const Rast
   box_list(tile_total, listed, &queued, &first, boxes, box_starts, box_counts);
   uint place = tile_place(tile_total == 1, &queued, &first, box_counts);
   if (!small && tile_total != 1) return;
-  SampleEdges edges = sample_edges(&t);
+  SampleEdges edges = sample_edges(&t, view, a);
   if (small || place >= room)
     box_draw(&triangle, &edges, &scope, box, keys);
   else
@@ -324,7 +353,7 @@ kernel void visibility_split(global const RasterBlock *blocks, constant RasterVi
       triangle = triangle_load(blocks, tile.number);
       triangle_relative(a, &triangle, view);
       VisibleTriangle t = visible_setup(view, a, triangle.flags, 0);
-      edges = sample_edges(&t);
+      edges = sample_edges(&t, view, a);
       meets = edges_meet_box(&edges, box_bounds(tile));
     }
     uint place = tile_place(meets, &queued, &first, box_counts);
@@ -340,15 +369,12 @@ kernel void visibility_tiles(global const RasterBlock *blocks, constant RasterVi
                              constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
                              uint sample_count, float t_min, global ulong *keys, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
 {
+  local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
-  uint all = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), teams = get_global_size(0) / RASTER_TEAM;
-  for (uint i = get_global_id(0) / RASTER_TEAM; i < all; i += teams) {
-    Triangle triangle;
-    SampleEdges edges;
-    RasterBox tile = tile_load(&triangle, &edges, &tiles[i * RASTER_TILE_VECTORS]);
-    tile_draw(&triangle, &edges, &scope, box_bounds(tile), keys);
-  }
+  uint count = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), team = get_local_id(0) / RASTER_TEAM;
+  for (uint i = tiles_take(&first, box_counts); i < count; i = tiles_take(&first, box_counts))
+    if (i + team < count) tile_draw(&tiles[(i + team) * RASTER_TILE_VECTORS], &scope, keys);
 }
 
 kernel void visibility_resolve(constant CameraInfo *camera, constant Float2 *offsets, uint first_tile, uint tile_count,

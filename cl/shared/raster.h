@@ -73,9 +73,10 @@ SHARED_SIZE(RasterBox, 16);
 #define RASTER_TILE_VECTORS 6  // of four words: a triangle set up for a tile, as cl/raster/*_direct.cl say
 
 // Counts of those lists, of 64 bits each.
-#define RASTER_BOX_COUNT 0   // boxes to split and their tiles: cl/lib/boxes.cl
-#define RASTER_TILE_COUNT 1  // tiles
-#define RASTER_BOX_COUNTS 2
+#define RASTER_BOX_COUNT 0    // boxes to split and their tiles: cl/lib/boxes.cl
+#define RASTER_TILE_COUNT 1   // tiles
+#define RASTER_TAKEN_COUNT 2  // tiles that teams have taken
+#define RASTER_BOX_COUNTS 3
 
 // Sums of what raster took, each of two words, low word first.
 #define RASTER_COST_TESTS 0    // triangles tried on blocks of 4 x 4 samples
