@@ -212,7 +212,8 @@ static void orthographic_cameras_see_what_their_rays_see(void **state)
   assert_true(soup_check("perspective, far", &soup, &camera, 140, 100) > 100);
 }
 
-// Waves that begin and end within a row of bins, several passes over the triangles, several over the picture: the same.
+// Waves that begin and end within a row of bins, several passes over the triangles, several over the picture, tiles
+// that find no place in the list: the same.
 static void waves_and_passes_change_nothing(void **state)
 {
   Camera camera = camera_at(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
@@ -228,6 +229,7 @@ static void waves_and_passes_change_nothing(void **state)
   } ways[] = {{7, {0}},
               {61, {.pass_chunks = 2}},
               {0, {.pass_chunks = 1}},
+              {0, {.pass_tiles = 1}},
               {100, {.pass_bins = 1}},
               {300, {.pass_chunks = 3, .pass_bins = 1}}};
   for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {

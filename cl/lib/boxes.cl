@@ -35,9 +35,9 @@
 #error "a work-group's boxes do not fit into its counter, or it is not of whole teams"
 #endif
 
-// The bits of a depth that is at `depth` now: what is not below or equal to it is hidden. A look that saves most atomics.
-// It races with them, harmlessly: depths only fall, and one that has fallen since costs an atomic. Checkers for races
-// may do without (-D WITHOUT_PEEKS).
+// The bits of a depth that is at `depth` now: what is not below or equal to it is hidden. A look that saves most
+// atomics. It races with them, harmlessly: depths only fall, and one that has fallen since costs an atomic. Checkers for
+// races may do without (-D WITHOUT_PEEKS).
 static inline uint depth_now(global const uint *depth)
 {
 #ifdef WITHOUT_PEEKS
@@ -67,8 +67,8 @@ static inline bool box_is_small(int x0, int y0, int x1, int y1)
 
 // Pieces of 8 x 4 pixels are what a team draws at once: both slots of a wave and texels of a depth map keep a piece in
 // one place, in the order of the team's members. Tiles start at a piece. A member first marks those of its pixels that
-// are within the edges, bit 4 row + column for a piece of the tile, and then draws these: a team's members do what takes
-// long together.
+// are within the edges, bit 4 row + column for a piece of the tile, and then draws these: a team's members do together
+// what takes long.
 #define TILE_COLUMNS (RASTER_TILE_PX / 8)
 #define TILE_ROWS (RASTER_TILE_PX / 4)
 #if TILE_COLUMNS > 4 || TILE_ROWS > 8
@@ -149,9 +149,9 @@ static inline RasterBox box_tile(ulong tile, global const RasterBox *boxes, glob
   return box_of(box.number, box.view, (int4)(max(start, bounds.xy), min(start + (RASTER_TILE_PX - 1), bounds.zw)));
 }
 
-// Takes the next tiles of the list, one for each team of a work-group, and returns the first's number; every member calls
-// it. Tiles differ much in what they cost: teams that had every so many would wait for the unluckiest. (A loop that ends
-// by what this returns is compiled right by PoCL 3.1, one that ends by a condition in it is not.)
+// Takes the next tiles of the list, one for each team of a work-group, and returns the first's number; every member
+// calls it. Tiles differ much in what they cost: if a team had every so many, all would wait for the unluckiest. (A loop
+// that ends by what this returns is compiled right by PoCL 3.1, one that ends by a condition in it is not.)
 static inline uint tiles_take(local ulong *first, global ulong *box_counts)
 {
   barrier(CLK_LOCAL_MEM_FENCE);

@@ -92,8 +92,14 @@ static inline uint lane_bits(IntL mask)
 // Index of the lowest set bit.
 static inline uint lowest_bit(uint bits) { return 31 - clz(bits & -bits); }
 
+// One instruction on NVIDIA, which also ignores a NaN in b.
+#if LANES == 1 && defined(__NV_CL_C_VERSION)
+static inline FloatL min_lane(FloatL a, FloatL b) { return fmin(a, b); }
+static inline FloatL max_lane(FloatL a, FloatL b) { return fmax(a, b); }
+#else
 static inline FloatL min_lane(FloatL a, FloatL b) { return a < b ? a : b; }
 static inline FloatL max_lane(FloatL a, FloatL b) { return a > b ? a : b; }
+#endif
 
 typedef struct Vec3L {
   FloatL x, y, z;

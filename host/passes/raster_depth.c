@@ -48,9 +48,9 @@ Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *sc
   RasterDepth raster = {.size_px = size_px, .view_capacity = view_capacity};
   if (size_px == 0 || size_px % 4 || size_px > 8192 || view_capacity == 0)
     return log_fail(log, STATUS_USAGE, "depth map: %u texels a side: use a multiple of 4 up to 8192", size_px);
-  uint32_t usual = options->pass_chunks ? options->pass_chunks : RASTER_PASS_CHUNKS;
   raster.way = raster_way(options, device);
-  raster.pass_chunks = smaller(usual < view_capacity ? view_capacity : usual, triangles->chunk_count * view_capacity);
+  raster.pass_chunks = raster_pass_chunks(options, raster.way, triangles->chunk_count * view_capacity);
+  if (raster.pass_chunks < view_capacity) raster.pass_chunks = view_capacity;
   TRY(buffer_create(&raster.views, device, view_capacity * sizeof(RasterView), NULL, "depth views", log));
   TRY(buffer_create(&raster.maps, device, (size_t)size_px * size_px * view_capacity * sizeof(float), NULL, "depth maps",
                     log));

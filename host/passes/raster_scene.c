@@ -13,6 +13,13 @@ RasterWay raster_way(const RasterOptions *options, const Device *device)
   return direct ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
 }
 
+uint32_t raster_pass_chunks(const RasterOptions *options, RasterWay way, uint32_t all)
+{
+  const uint32_t usual = way == RASTER_WAY_DIRECT ? 4096 : 1024;  // 24 and 160 bytes a triangle
+  uint32_t most = options->pass_chunks ? options->pass_chunks : usual;
+  return most < all ? most : all;
+}
+
 const char *raster_visibility_path(RasterWay way)
 {
   return way == RASTER_WAY_DIRECT ? "raster/visibility_direct.cl" : "raster/visibility.cl";

@@ -48,8 +48,7 @@ Status raster_visibility_make(RasterVisibility *out, Device *device, const Devic
   Status status = STATUS_OK;
   RasterVisibility raster = {.way = raster_way(options, device)};
   raster.pass_bins = options->pass_bins ? options->pass_bins : RASTER_PASS_BINS;
-  raster.pass_chunks =
-      smaller(options->pass_chunks ? options->pass_chunks : RASTER_PASS_CHUNKS, triangles->chunk_count);
+  raster.pass_chunks = raster_pass_chunks(options, raster.way, triangles->chunk_count);
   TRY(buffer_create(&raster.view, device, sizeof(RasterView), NULL, "camera", log));
   TRY(buffer_create(&raster.costs, device, RASTER_COSTS * sizeof(uint32_t), NULL, "costs", log));
   TRY(buffer_zero(device, &raster.costs, log));
