@@ -36,8 +36,8 @@
 #endif
 
 // The bits of a depth that is at `depth` now: what is not below or equal to it is hidden. A look that saves most
-// atomics. It races with them, harmlessly: depths only fall, and one that has fallen since costs an atomic. Checkers for
-// races may do without (-D WITHOUT_PEEKS).
+// atomics. It races with them, harmlessly: depths only fall, and one that has fallen since costs an atomic. Checkers
+// for races may do without (-D WITHOUT_PEEKS).
 static inline uint depth_now(global const uint *depth)
 {
 #ifdef WITHOUT_PEEKS
@@ -150,8 +150,8 @@ static inline RasterBox box_tile(ulong tile, global const RasterBox *boxes, glob
 }
 
 // Takes the next tiles of the list, one for each team of a work-group, and returns the first's number; every member
-// calls it. Tiles differ much in what they cost: if a team had every so many, all would wait for the unluckiest. (A loop
-// that ends by what this returns is compiled right by PoCL 3.1, one that ends by a condition in it is not.)
+// calls it. Tiles differ much in what they cost: if a team had every so many, all would wait for the unluckiest. (A
+// loop that ends by what this returns is compiled right by PoCL 3.1, one that ends by a condition in it is not.)
 static inline uint tiles_take(local ulong *first, global ulong *box_counts)
 {
   barrier(CLK_LOCAL_MEM_FENCE);
