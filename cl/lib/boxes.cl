@@ -145,8 +145,11 @@ static inline RasterBox box_tile(ulong tile, global const RasterBox *boxes, glob
   RasterBox box = boxes[low];
   int4 bounds = box_bounds(box);
   uint within = (uint)(tile - box_starts[low]), columns = box_columns(bounds);
-  int2 start = piece_start(bounds.xy) + (int2)((int)(within % columns), (int)(within / columns)) * RASTER_TILE_PX;
-  return box_of(box.number, box.view, (int4)(max(start, bounds.xy), min(start + (RASTER_TILE_PX - 1), bounds.zw)));
+  int2 start = piece_start(bounds.xy);
+  int x = start.x + (int)(within % columns) * RASTER_TILE_PX, y = start.y + (int)(within / columns) * RASTER_TILE_PX;
+  return box_of(box.number, box.view,
+                (int4)(max(x, bounds.x), max(y, bounds.y), min(x + RASTER_TILE_PX - 1, bounds.z),
+                       min(y + RASTER_TILE_PX - 1, bounds.w)));
 }
 
 // Takes the next tiles of the list, one for each team of a work-group, and returns the first's number; every member

@@ -78,7 +78,7 @@ static inline int4 box_window(RasterBox box)
 {
   int4 bounds = box_bounds(box);
   int2 start = piece_start(bounds.xy);
-  return (int4)(start, bounds.zw - start + 1);
+  return (int4)(start.x, start.y, bounds.z - start.x + 1, bounds.w - start.y + 1);
 }
 
 static inline global uint *map_of(global uint *maps, const Scope *scope, uint view)

@@ -225,8 +225,8 @@ static inline void tile_store(global uint4 *to, RasterBox box, const Triangle *t
 {
   float3 a = t->corner[0], b = t->corner[1], c = t->corner[2];
   to[0] = (uint4)(box.x, box.y, t->id, t->flags);
-  to[1] = as_uint4((float4)(a, b.x));
-  to[2] = as_uint4((float4)(b.yz, c.xy));
+  to[1] = as_uint4((float4)(a.x, a.y, a.z, b.x));
+  to[2] = as_uint4((float4)(b.y, b.z, c.x, c.y));
   to[3] = as_uint4((float4)(c.z, e->edge_0[0], e->edge_0[1], e->edge_0[2]));
   to[4] = as_uint4((float4)(e->edge_x[0], e->edge_x[1], e->edge_x[2], e->edge_y[0]));
   to[5] = (uint4)(as_uint(e->edge_y[1]), as_uint(e->edge_y[2]), e->nearest, 0);
@@ -241,8 +241,8 @@ static inline RasterBox tile_load(Triangle *t, SampleEdges *e, global const uint
   t->id = head.z;
   t->flags = head.w;
   t->corner[0] = v1.xyz;
-  t->corner[1] = (float3)(v1.w, v2.xy);
-  t->corner[2] = (float3)(v2.zw, v3.x);
+  t->corner[1] = (float3)(v1.w, v2.x, v2.y);
+  t->corner[2] = (float3)(v2.z, v2.w, v3.x);
   e->edge_0[0] = v3.y, e->edge_0[1] = v3.z, e->edge_0[2] = v3.w;
   e->edge_x[0] = v4.x, e->edge_x[1] = v4.y, e->edge_x[2] = v4.z;
   e->edge_y[0] = v4.w, e->edge_y[1] = as_float(tail.x), e->edge_y[2] = as_float(tail.y);
