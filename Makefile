@@ -7,7 +7,7 @@
 # make oclgrind   the kernels under a simulator that watches each access; QUICK=1: under a minute
 # make fuzz       damaged files into the code that reads them, for FUZZ_SECONDS (60)
 # make test-full  what takes longer: tests with larger counts, all of oclgrind, fuzz, comparison with other programs
-# make bench      ray speed beside Embree in the same run
+# make bench      speed of rays beside Embree's, of raster beside Mesa's llvmpipe, each in the same run
 # make install    to PREFIX (/usr/local), under DESTDIR: program, manual page, completion for bash; make uninstall
 #
 # BUILD=folder builds elsewhere. CC, CXX, CPPFLAGS, CFLAGS, CXXFLAGS, LDFLAGS: as usual. WERROR=1: warnings are errors.
@@ -26,7 +26,7 @@ HELPER_C := $(wildcard host/image/helper/*.c)
 HELPER_CXX := $(wildcard host/image/helper/*.cpp)
 KERNELS := $(sort $(wildcard cl/*/*.cl cl/*/*.h))
 TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c))
-BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/*.c))
+BENCHES := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
 OCLGRIND_TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/oclgrind/*.c))
 FUZZERS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/fuzz/fuzz_*.c))
 TEST_SUPPORT_C := $(wildcard tests/support/*.c)
@@ -35,8 +35,10 @@ objects = $(patsubst %,$(BUILD)/%.o,$(1))
 LIBRARY_O := $(call objects,$(LIBRARY_C) $(LIBRARY_CXX)) $(BUILD)/kernels.o
 HELPER_O := $(call objects,$(HELPER_C) $(HELPER_CXX)) $(call objects,host/base/log.c host/base/status.c)
 TEST_SUPPORT_O := $(call objects,$(TEST_SUPPORT_C))
+GL_PEER_O := $(BUILD)/tests/bench/gl_peer.c.o
+BENCH_SCENE_O := $(BUILD)/tests/bench/scene.c.o
 ALL_O := $(LIBRARY_O) $(HELPER_O) $(TEST_SUPPORT_O) $(BUILD)/host/app/main.c.o $(TESTS:=.c.o) $(BENCHES:=.c.o) \
-  $(OCLGRIND_TESTS:=.c.o) $(FUZZERS:=.c.o) $(BUILD)/tests/fuzz/shrink_scene.c.o
+  $(OCLGRIND_TESTS:=.c.o) $(FUZZERS:=.c.o) $(BUILD)/tests/fuzz/shrink_scene.c.o $(GL_PEER_O) $(BENCH_SCENE_O)
 
 LIBS := -lOpenCL -ltinygltf -ljansson -lstdc++ -lm
 HELPER_LIBS := -lOpenImageIO -lOpenImageIO_Util -lstdc++ -lm
@@ -93,8 +95,11 @@ $(BUILD)/kernels.o: $(BUILD)/kernels.c
 $(BUILD)/tests/%: $(BUILD)/tests/%.c.o $(TEST_SUPPORT_O) $(BUILD)/libfrugal.a
 	$(CC) $(LDFLAGS) -pthread $^ $(LIBS) -lcmocka -o $@
 
-$(BUILD)/tests/bench/%: $(BUILD)/tests/bench/%.c.o $(BUILD)/libfrugal.a
-	$(CC) $(LDFLAGS) -pthread $^ $(LIBS) $(EMBREE_LIB) -o $@
+$(BUILD)/tests/bench/bench_rays: PEER_LIBS = $(EMBREE_LIB)
+$(BUILD)/tests/bench/bench_raster: PEER_LIBS = -lEGL -lGLESv2
+$(BUILD)/tests/bench/bench_raster: $(GL_PEER_O)
+$(BUILD)/tests/bench/%: $(BUILD)/tests/bench/%.c.o $(BENCH_SCENE_O) $(BUILD)/libfrugal.a
+	$(CC) $(LDFLAGS) -pthread $^ $(LIBS) $(PEER_LIBS) -o $@
 
 # -fsanitize=fuzzer brings the main function; the image helper's part of image reading is the fuzzer's own.
 $(BUILD)/tests/fuzz/fuzz_%: $(BUILD)/tests/fuzz/fuzz_%.c.o $(BUILD)/host/image/helper/signature.c.o $(BUILD)/libfrugal.a

@@ -18,11 +18,9 @@
 
 #include "base/clock.h"
 #include "base/parallel.h"
-#include "device_scene/device_scene.h"
+#include "bench/scene.h"
 #include "passes/camera_rays.h"
 #include "passes/trace.h"
-#include "scene/gltf.h"
-#include "scene/scene_defaults.h"
 #include "shared/stream.h"
 
 enum { WIDTH = 1024, HEIGHT = 768, RAYS = WIDTH * HEIGHT, CHUNK = 4096, ROUNDS = 7 };
@@ -31,14 +29,7 @@ typedef enum RayClass { PRIMARY, SHADOW, MIRROR, DIFFUSE, CLASS_COUNT } RayClass
 static const char *const class_names[] = {"primary", "shadow", "mirror", "diffuse"};
 
 typedef struct Bench {
-  Log log;
-  Timeline timeline;
-  ImageHelper *images;
-  Scene scene;
-  Camera camera;
-  FlatScene flat;
-  Device *device;
-  DeviceScene device_scene;
+  BenchScene base;
   Tracer tracer;
   RayStream stream;
   HitStream hits;
@@ -161,39 +152,28 @@ static double embree_run_ms(const EmbreeJob *job)
 
 static double ours_run_ms(Bench *bench, RayClass class, Coherence coherence)
 {
-  size_t before = bench->timeline.count;
-  Status status = class == SHADOW ? trace_any(&bench->tracer, bench->device, &bench->device_scene, &bench->stream, 0,
-                                              RAYS, &bench->radiance, coherence, "trace", &bench->log)
-                                  : trace_closest(&bench->tracer, bench->device, &bench->device_scene, &bench->stream,
-                                                  RAYS, 0, &bench->hits, coherence, "trace", &bench->log);
-  if (!status) status = device_finish(bench->device, &bench->log);
-  if (status || bench->timeline.count == before) {
-    fprintf(stderr, "bench_rays: %s\n", bench->log.error);
+  size_t before = bench->base.timeline.count;
+  Status status = class == SHADOW
+                      ? trace_any(&bench->tracer, bench->base.device, &bench->base.device_scene, &bench->stream, 0,
+                                  RAYS, &bench->radiance, coherence, "trace", &bench->base.log)
+                      : trace_closest(&bench->tracer, bench->base.device, &bench->base.device_scene, &bench->stream,
+                                      RAYS, 0, &bench->hits, coherence, "trace", &bench->base.log);
+  if (!status) status = device_finish(bench->base.device, &bench->base.log);
+  if (status || bench->base.timeline.count == before) {
+    fprintf(stderr, "bench_rays: %s\n", bench->base.log.error);
     exit(1);
   }
-  const Span *span = &bench->timeline.spans[bench->timeline.count - 1];
+  const Span *span = &bench->base.timeline.spans[bench->base.timeline.count - 1];
   return span->end_ms - span->begin_ms;
-}
-
-static int compare_doubles(const void *a, const void *b)
-{
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
-
-static double median(double *values, int count)
-{
-  qsort(values, (size_t)count, sizeof *values, compare_doubles);
-  return values[count / 2];
 }
 
 static void class_run(Bench *bench, RayClass class)
 {
   static uint32_t slots[RAYS];
   for (uint32_t i = 0; i < RAYS; i++) slots[i] = i;
-  buffer_write(bench->device, &bench->stream.rays, bench->rays[class], sizeof(float) * RAY_FIELD_COUNT * RAYS,
-               &bench->log);
-  buffer_write(bench->device, &bench->stream.slots, slots, sizeof slots, &bench->log);
+  buffer_write(bench->base.device, &bench->stream.rays, bench->rays[class], sizeof(float) * RAY_FIELD_COUNT * RAYS,
+               &bench->base.log);
+  buffer_write(bench->base.device, &bench->stream.slots, slots, sizeof slots, &bench->base.log);
   static const int widths[] = {1, 8, 16};
   double theirs[3][ROUNDS], ours[2][ROUNDS];
   bool wide = bench->tracer.single_program != NULL;
@@ -211,10 +191,11 @@ static void class_run(Bench *bench, RayClass class)
   }
   uint32_t active = 0;
   for (size_t i = 0; i < RAYS; i++) active += ray_field(bench->rays[class], RAY_T_MAX, i) > 0;
-  double best = INFINITY, packet = median(ours[0], ROUNDS), single = wide ? median(ours[1], ROUNDS) : INFINITY;
+  double best = INFINITY, packet = bench_median(ours[0], ROUNDS),
+         single = wide ? bench_median(ours[1], ROUNDS) : INFINITY;
   int best_width = 0;
   for (int w = 0; w < 3; w++) {
-    double ms = median(theirs[w], ROUNDS);
+    double ms = bench_median(theirs[w], ROUNDS);
     if (ms < best) best = ms, best_width = widths[w];
   }
   double chosen = fmin(packet, single);
@@ -224,7 +205,7 @@ static void class_run(Bench *bench, RayClass class)
 
 static Vec3 position_of(const Bench *bench, uint32_t id, int corner)
 {
-  return vec3_from_floats(bench->flat.positions[bench->flat.corners[id].vertex[corner]]);
+  return vec3_from_floats(bench->base.flat.positions[bench->base.flat.corners[id].vertex[corner]]);
 }
 
 static void ray_set(float *rays, size_t i, Vec3 origin, Vec3 direction, double t_max)
@@ -245,9 +226,9 @@ static void secondary_rays_make(Bench *bench)
 {
   const float *primary = bench->rays[PRIMARY];
   Vec3 low = {0}, high = {0};
-  scene_bounds(&bench->scene, &low, &high);
-  Vec3 light = bench->scene.light_count && bench->scene.lights[0].kind != LIGHT_DIRECTIONAL
-                   ? bench->scene.lights[0].position_world
+  scene_bounds(&bench->base.scene, &low, &high);
+  Vec3 light = bench->base.scene.light_count && bench->base.scene.lights[0].kind != LIGHT_DIRECTIONAL
+                   ? bench->base.scene.lights[0].position_world
                    : vec3(0.3 * low.x + 0.7 * high.x, high.y + 0.5 * (high.y - low.y), 0.4 * low.z + 0.6 * high.z);
   for (size_t i = 0; i < RAYS; i++) {
     for (int c = SHADOW; c < CLASS_COUNT; c++) ray_set(bench->rays[c], i, vec3(0, 0, 0), vec3(0, 0, 1), -1);
@@ -276,7 +257,7 @@ static void secondary_rays_make(Bench *bench)
 
 static void embree_make(Bench *bench)
 {
-  const FlatScene *flat = &bench->flat;
+  const FlatScene *flat = &bench->base.flat;
   char config[32];
   snprintf(config, sizeof config, "threads=%u", parallel_threads());
   bench->embree = rtcNewDevice(config);
@@ -299,36 +280,26 @@ static void embree_make(Bench *bench)
 static Status bench_run(Bench *bench, const char *path)
 {
   Status status = STATUS_OK;
-  GltfOptions options = {.scene = NONE, .max_memory_bytes = 1ull << 34};
-  TRY(image_helper_start(&bench->images, 1ull << 28, &bench->log));
-  TRY(gltf_read(&bench->scene, path, &options, bench->images, &bench->log));
-  for (uint32_t i = 0; i < bench->scene.material_count; i++) {  // Embree sees both sides of every triangle
-    bench->scene.materials[i].double_sided = true;
-    bench->scene.materials[i].alpha_mode = ALPHA_OPAQUE;
-  }
-  TRY(scene_camera_choose(&bench->camera, &bench->scene, NULL, (double)WIDTH / HEIGHT, &bench->log));
-  TRY(flat_scene_make(&bench->flat, &bench->scene, &bench->log));
-  TRY(device_open(&bench->device, NULL, 0, &bench->timeline, &bench->log));
-  TRY(device_scene_make(&bench->device_scene, bench->device, &bench->scene, &bench->timeline, &bench->log));
-  for (size_t i = 0; i < bench->timeline.count; i++)
-    if (!strcmp(bench->timeline.spans[i].name, "build the BVH"))
-      bench->bvh_ms = bench->timeline.spans[i].end_ms - bench->timeline.spans[i].begin_ms;
-  TRY(tracer_make(&bench->tracer, bench->device, &bench->device_scene, &bench->log));
-  TRY(ray_stream_make(&bench->stream, bench->device, RAYS, 1, "rays", &bench->log));
-  TRY(hit_stream_make(&bench->hits, bench->device, RAYS, &bench->log));
-  TRY(buffer_create(&bench->radiance, bench->device, RAYS * 16, NULL, "radiance", &bench->log));
+  TRY(bench_scene_open(&bench->base, path, (double)WIDTH / HEIGHT, 0));
+  for (size_t i = 0; i < bench->base.timeline.count; i++)
+    if (!strcmp(bench->base.timeline.spans[i].name, "build the BVH"))
+      bench->bvh_ms = bench->base.timeline.spans[i].end_ms - bench->base.timeline.spans[i].begin_ms;
+  TRY(tracer_make(&bench->tracer, bench->base.device, &bench->base.device_scene, &bench->base.log));
+  TRY(ray_stream_make(&bench->stream, bench->base.device, RAYS, 1, "rays", &bench->base.log));
+  TRY(hit_stream_make(&bench->hits, bench->base.device, RAYS, &bench->base.log));
+  TRY(buffer_create(&bench->radiance, bench->base.device, RAYS * 16, NULL, "radiance", &bench->base.log));
   for (int c = 0; c < CLASS_COUNT; c++) bench->rays[c] = calloc((size_t)RAYS * RAY_FIELD_COUNT, sizeof(float));
   bench->ids = calloc(RAYS, sizeof *bench->ids);
   bench->distances = calloc(RAYS, sizeof *bench->distances);
 
   PictureArea area = {WIDTH, HEIGHT, 0, 0, WIDTH, HEIGHT};
-  CameraInfo info = camera_info(&bench->camera, &area);
+  CameraInfo info = camera_info(&bench->base.camera, &area);
   CameraRays camera = {0};
-  TRY(camera_rays_make(&camera, bench->device, &info, 1, &bench->log));
+  TRY(camera_rays_make(&camera, bench->base.device, &info, 1, &bench->base.log));
   Wave wave = {0, RAYS / 64, 0, 1};
-  TRY(camera_rays_generate(&camera, bench->device, &wave, &bench->stream, &bench->log));
-  TRY(buffer_read(bench->device, &bench->stream.rays, bench->rays[PRIMARY], sizeof(float) * RAY_FIELD_COUNT * RAYS,
-                  &bench->log));
+  TRY(camera_rays_generate(&camera, bench->base.device, &wave, &bench->stream, &bench->base.log));
+  TRY(buffer_read(bench->base.device, &bench->stream.rays, bench->rays[PRIMARY], sizeof(float) * RAY_FIELD_COUNT * RAYS,
+                  &bench->base.log));
   camera_rays_free(&camera);
 
   embree_make(bench);
@@ -337,12 +308,12 @@ static Status bench_run(Bench *bench, const char *path)
   embree_run_ms(&job);
   secondary_rays_make(bench);
   printf("%s: %u triangles, %s, %u lanes; build %.1f ms (Embree %.1f); Mrays/s, medians of %d\n", path,
-         bench->flat.triangle_count, device_info(bench->device)->name, device_traits(bench->device)->lanes,
-         bench->bvh_ms, bench->embree_build_ms, ROUNDS);
+         bench->base.flat.triangle_count, device_info(bench->base.device)->name,
+         device_traits(bench->base.device)->lanes, bench->bvh_ms, bench->embree_build_ms, ROUNDS);
   for (int c = 0; c < CLASS_COUNT; c++) class_run(bench, (RayClass)c);
 
 done:
-  if (status) fprintf(stderr, "bench_rays: %s\n", bench->log.error);
+  if (status) fprintf(stderr, "bench_rays: %s\n", bench->base.log.error);
   for (int c = 0; c < CLASS_COUNT; c++) free(bench->rays[c]);
   free(bench->ids);
   free(bench->distances);
@@ -352,12 +323,7 @@ done:
   ray_stream_free(&bench->stream);
   hit_stream_free(&bench->hits);
   tracer_free(&bench->tracer);
-  device_scene_free(&bench->device_scene);
-  device_close(bench->device);
-  flat_scene_free(&bench->flat);
-  scene_free(&bench->scene);
-  image_helper_stop(bench->images);
-  timeline_free(&bench->timeline);
+  bench_scene_close(&bench->base);
   return status;
 }
 

@@ -2,16 +2,16 @@
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
-#include <GLES3/gl3.h>
+#include <GLES3/gl32.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/clock.h"
-
-// A framebuffer with a depth texture and, where it has colour, an RGBA one.
+// A framebuffer with a depth texture and, where it has a format, a colour one.
 typedef struct Target {
   GLuint framebuffer, depth, color;
+  GLenum format;  // GL_RGBA8, GL_R32UI or 0
   uint32_t width, height;
 } Target;
 
@@ -20,8 +20,8 @@ struct GlPeer {
   EGLContext context;
   GLuint vertices, indices, array;
   GLsizei index_count;
-  GLuint depth_program, lit_program, shadowed_program;
-  Target map, camera, faces[6];
+  GLuint depth_program, id_program, shadowed_program, copy_program;
+  Target map, camera, faces[6], copy;
   char name[256];
 };
 
@@ -46,17 +46,30 @@ static const char *const depth_vertex_source =
 
 static const char *const depth_source = "#version 300 es\nvoid main() {}\n";
 
-static const char *const lit_source =
+static const char *const id_vertex_source =
+    "#version 320 es\n"
+    "layout(location = 0) in vec3 position;\n"
+    "uniform mat4 clip_from_world;\n"
+    "void main() { gl_Position = clip_from_world * vec4(position, 1.0); }\n";
+
+static const char *const id_source =
+    "#version 320 es\n"
+    "precision highp int;\n"
+    "out uint id;\n"
+    "void main() { id = uint(gl_PrimitiveID); }\n";
+
+// A triangle over the whole target, and the bits of a depth texture as colour.
+static const char *const cover_vertex_source =
+    "#version 300 es\n"
+    "void main() { gl_Position = vec4(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1, 0.0, 1.0); }\n";
+
+static const char *const copy_source =
     "#version 300 es\n"
     "precision highp float;\n"
-    "in vec3 world_position;\n"
-    "in vec3 world_normal;\n"
-    "uniform vec3 light_position;\n"
-    "out vec4 color;\n"
-    "void main() {\n"
-    "  vec3 n = normalize(world_normal), l = normalize(light_position - world_position);\n"
-    "  color = vec4(vec3(0.1 + 0.9 * abs(dot(n, l))), 1.0);\n"
-    "}\n";
+    "precision highp int;\n"
+    "uniform highp sampler2D depth;\n"
+    "out highp uint bits;\n"
+    "void main() { bits = floatBitsToUint(texelFetch(depth, ivec2(gl_FragCoord.xy), 0).r); }\n";
 
 static const char *const shadowed_source =
     "#version 300 es\n"
@@ -114,15 +127,15 @@ GlPeer *gl_peer_open(void)
     return NULL;
   }
   eglBindAPI(EGL_OPENGL_ES_API);
-  const EGLint config_wants[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_ES3_BIT, EGL_NONE};
-  const EGLint context_wants[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_NONE};
+  const EGLint config_wants[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE, EGL_OPENGL_ES3_BIT, EGL_NONE};
+  const EGLint context_wants[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 2, EGL_NONE};
   EGLConfig config;
   EGLint configs = 0;
   EGLContext context = EGL_NO_CONTEXT;
   if (eglChooseConfig(display, config_wants, &config, 1, &configs) && configs)
     context = eglCreateContext(display, config, EGL_NO_CONTEXT, context_wants);
   if (context == EGL_NO_CONTEXT || !eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
-    fprintf(stderr, "gl_peer: no OpenGL ES 3 context\n");
+    fprintf(stderr, "gl_peer: no OpenGL ES 3.2 context\n");
     eglTerminate(display);
     return NULL;
   }
@@ -132,7 +145,8 @@ GlPeer *gl_peer_open(void)
   peer->context = context;
   snprintf(peer->name, sizeof peer->name, "%s", (const char *)glGetString(GL_RENDERER));
   peer->depth_program = program_make(depth_vertex_source, depth_source);
-  peer->lit_program = program_make(vertex_source, lit_source);
+  peer->id_program = program_make(id_vertex_source, id_source);
+  peer->copy_program = program_make(cover_vertex_source, copy_source);
   peer->shadowed_program = program_make(vertex_source, shadowed_source);
   glEnable(GL_DEPTH_TEST);
   glDisable(GL_CULL_FACE);
@@ -183,22 +197,30 @@ static GLuint texture_make(GLenum format, uint32_t width, uint32_t height)
   return texture;
 }
 
-// Makes the target of that size, unless it is there.
-static void target_need(Target *target, uint32_t width, uint32_t height, bool color)
+// Makes the target of that size and format, unless it is there.
+static void target_need(Target *target, uint32_t width, uint32_t height, GLenum format)
 {
-  if (target->width == width && target->height == height) return;
+  if (target->width == width && target->height == height && target->format == format) return;
   glDeleteFramebuffers(1, &target->framebuffer);
   glDeleteTextures(1, &target->depth);
   glDeleteTextures(1, &target->color);
-  *target = (Target){.width = width, .height = height};
+  *target = (Target){.width = width, .height = height, .format = format};
   target->depth = texture_make(GL_DEPTH_COMPONENT32F, width, height);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-  if (color) target->color = texture_make(GL_RGBA8, width, height);
+  if (format) target->color = texture_make(format, width, height);
   glGenFramebuffers(1, &target->framebuffer);
   glBindFramebuffer(GL_FRAMEBUFFER, target->framebuffer);
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, target->depth, 0);
-  if (color) glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target->color, 0);
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) fprintf(stderr, "gl_peer: framebuffer\n");
+  if (format) glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target->color, 0);
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return;
+  fprintf(stderr, "gl_peer: no framebuffer of %u x %u pixels\n", width, height);
+  exit(1);
+}
+
+// Whether depth is compared with what a lookup brings.
+static void compare_set(GLuint depth, bool compared)
+{
+  glBindTexture(GL_TEXTURE_2D, depth);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, compared ? GL_COMPARE_REF_TO_TEXTURE : GL_NONE);
 }
 
 static void matrix_set(GLuint program, const char *name, const GlView *view)
@@ -208,59 +230,88 @@ static void matrix_set(GLuint program, const char *name, const GlView *view)
 
 static void target_draw(GlPeer *peer, const Target *target)
 {
+  static const GLuint no_id[4] = {GL_PEER_NOTHING, 0, 0, 0};
+  const GLfloat far_depth = 1;
   glBindFramebuffer(GL_FRAMEBUFFER, target->framebuffer);
   glViewport(0, 0, (GLsizei)target->width, (GLsizei)target->height);
-  glClear(target->color ? GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT : GL_DEPTH_BUFFER_BIT);
+  glClearBufferfv(GL_DEPTH, 0, &far_depth);
+  if (target->format == GL_R32UI) glClearBufferuiv(GL_COLOR, 0, no_id);
+  if (target->format == GL_RGBA8) glClear(GL_COLOR_BUFFER_BIT);
   glDrawElements(GL_TRIANGLES, peer->index_count, GL_UNSIGNED_INT, NULL);
 }
 
-double gl_peer_depth_map(GlPeer *peer, uint32_t size_px, const GlView *view)
+void gl_peer_depth_map(GlPeer *peer, uint32_t size_px, const GlView *view)
 {
-  target_need(&peer->map, size_px, size_px, false);
+  target_need(&peer->map, size_px, size_px, 0);
   glUseProgram(peer->depth_program);
   matrix_set(peer->depth_program, "clip_from_world", view);
-  glFinish();
-  double begin_ms = clock_ms();
   target_draw(peer, &peer->map);
-  glFinish();
-  return clock_ms() - begin_ms;
 }
 
-double gl_peer_camera(GlPeer *peer, uint32_t width, uint32_t height, const GlView *view, const GlView *light,
-                      const float light_position[3])
+void gl_peer_cube(GlPeer *peer, uint32_t size_px, const GlView views[6])
+{
+  glUseProgram(peer->depth_program);
+  for (int face = 0; face < 6; face++) {
+    target_need(&peer->faces[face], size_px, size_px, 0);
+    matrix_set(peer->depth_program, "clip_from_world", &views[face]);
+    target_draw(peer, &peer->faces[face]);
+  }
+}
+
+void gl_peer_ids(GlPeer *peer, uint32_t width, uint32_t height, const GlView *view)
+{
+  target_need(&peer->camera, width, height, GL_R32UI);
+  glUseProgram(peer->id_program);
+  matrix_set(peer->id_program, "clip_from_world", view);
+  target_draw(peer, &peer->camera);
+}
+
+void gl_peer_shaded(GlPeer *peer, uint32_t width, uint32_t height, const GlView *view, const GlView *light,
+                    const float light_position[3])
 {
   GLuint program = peer->shadowed_program;
-  target_need(&peer->camera, width, height, true);
+  target_need(&peer->camera, width, height, GL_RGBA8);
   glUseProgram(program);
   matrix_set(program, "clip_from_world", view);
   matrix_set(program, "map_from_world", light);
   glUniform3fv(glGetUniformLocation(program, "light_position"), 1, light_position);
   glUniform1f(glGetUniformLocation(program, "texel"), 1.0f / (float)peer->map.width);
-  glBindTexture(GL_TEXTURE_2D, peer->map.depth);
-  glFinish();
-  double begin_ms = clock_ms();
+  compare_set(peer->map.depth, true);
   target_draw(peer, &peer->camera);
-  glFinish();
-  return clock_ms() - begin_ms;
 }
 
-double gl_peer_cube(GlPeer *peer, uint32_t size_px, const GlView views[6], const float light_position[3])
+void gl_peer_finish(GlPeer *peer) { glFinish(); }
+
+// The first of four words of each pixel of the bound framebuffer.
+static void words_read(uint32_t width, uint32_t height, uint32_t *out)
 {
-  for (int face = 0; face < 6; face++) target_need(&peer->faces[face], size_px, size_px, true);
-  glUseProgram(peer->lit_program);
-  glUniform3fv(glGetUniformLocation(peer->lit_program, "light_position"), 1, light_position);
-  glFinish();
-  double begin_ms = clock_ms();
-  for (int face = 0; face < 6; face++) {
-    matrix_set(peer->lit_program, "clip_from_world", &views[face]);
-    target_draw(peer, &peer->faces[face]);
-  }
-  glFinish();
-  return clock_ms() - begin_ms;
+  uint32_t(*words)[4] = malloc((size_t)width * height * sizeof *words);
+  if (!words) exit(1);
+  glReadPixels(0, 0, (GLsizei)width, (GLsizei)height, GL_RGBA_INTEGER, GL_UNSIGNED_INT, words);
+  for (size_t i = 0; i < (size_t)width * height; i++) out[i] = words[i][0];
+  free(words);
 }
 
-void gl_peer_read(GlPeer *peer, uint8_t *rgba)
+static void depth_read(GlPeer *peer, const Target *target, float *out)
+{
+  target_need(&peer->copy, target->width, target->height, GL_R32UI);
+  glBindFramebuffer(GL_FRAMEBUFFER, peer->copy.framebuffer);
+  glUseProgram(peer->copy_program);
+  glViewport(0, 0, (GLsizei)target->width, (GLsizei)target->height);
+  glDisable(GL_DEPTH_TEST);
+  compare_set(target->depth, false);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glEnable(GL_DEPTH_TEST);
+  words_read(target->width, target->height, (uint32_t *)out);
+}
+
+void gl_peer_read_map(GlPeer *peer, float *depth) { depth_read(peer, &peer->map, depth); }
+
+void gl_peer_read_face(GlPeer *peer, int face, float *depth) { depth_read(peer, &peer->faces[face], depth); }
+
+void gl_peer_read_ids(GlPeer *peer, uint32_t *ids, float *depth)
 {
   glBindFramebuffer(GL_FRAMEBUFFER, peer->camera.framebuffer);
-  glReadPixels(0, 0, (GLsizei)peer->camera.width, (GLsizei)peer->camera.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
+  words_read(peer->camera.width, peer->camera.height, ids);
+  depth_read(peer, &peer->camera, depth);
 }

@@ -1,0 +1,451 @@
+// Raster speed beside Mesa's llvmpipe, on the same welded triangles, sizes and culling (none), clears included, A B A B
+// in one run, two threads each. A benchmark, not a test.
+//
+// Usage: bench_raster [-v] SCENE.glb... ; stages: a depth map of 1024 and of 2048 texels a side, from a light that sees
+// the whole scene; the six faces of a cube of 256, depth alone, by one view table here and face after face there; what
+// the file's camera sees at 1080p, here the hit stream that shading reads (depth, id and two weights: 16 bytes a pixel),
+// there id and depth (8 bytes), and the same shaded with 3 x 3 compares of the depth map, there alone so far; the whole
+// frame: depth map of 2048 and camera. Before any timing both must show the same, or it stops. -v: times by kernel.
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "bench/gl_peer.h"
+#include "bench/scene.h"
+#include "passes/raster_depth.h"
+#include "passes/raster_visibility.h"
+#include "shared/depth_map.h"
+#include "shared/raster.h"
+#include "shared/stream.h"
+
+enum { WIDTH = 1920, HEIGHT = 1080, PIXELS = WIDTH * HEIGHT, ROUNDS = 7, THREADS = 2, MAPS = 2, CUBE_PX = 256 };
+static const uint32_t map_px[MAPS] = {1024, 2048};
+
+typedef enum Stage { MAP_1024, MAP_2048, CUBE, VISIBILITY, SHADED, FRAME, STAGES } Stage;
+static const char *const stage_names[STAGES] = {"depth map 1024",   "depth map 2048",     "cube 6 x 256",
+                                                "visibility 1080p", "shaded 1080p + PCF", "whole frame"};
+
+typedef struct Bench {
+  BenchScene base;
+  GlPeer *peer;
+  RasterScene triangles;
+  RasterDepth maps[MAPS], cube;
+  RasterVisibility visibility;
+  CameraRays camera;
+  HitStream hits;
+  RasterView light, faces[6];
+  float light_position[3];
+  GlView gl_light, gl_camera, gl_faces[6];
+  uint32_t tiles;
+} Bench;
+
+// What stages above 50 k triangles came to, of all scenes.
+typedef struct Total {
+  double log_sum, least;
+  uint32_t count;
+} Total;
+
+static Log *log_of(Bench *bench) { return &bench->base.log; }
+
+static void stop(const char *cause)
+{
+  fprintf(stderr, "bench_raster: %s\n", cause);
+  exit(1);
+}
+
+// Rows x, y, depth and w of a position before division, each in [0, 1] after it -> what OpenGL takes.
+static GlView gl_view(const double rows[4][4])
+{
+  GlView view;
+  for (int column = 0; column < 4; column++) {
+    for (int row = 0; row < 3; row++)
+      view.clip_from_world[4 * column + row] = (float)(2 * rows[row][column] - rows[3][column]);
+    view.clip_from_world[4 * column + 3] = (float)rows[3][column];
+  }
+  return view;
+}
+
+static void row_set(double row[4], Vec3 v, double scale, Vec3 origin)
+{
+  row[0] = scale * v.x;
+  row[1] = scale * v.y;
+  row[2] = scale * v.z;
+  row[3] = -scale * vec3_dot(v, origin);
+}
+
+// Adds `scale` times row w.
+static void row_add(double rows[4][4], int row, double scale)
+{
+  for (int i = 0; i < 4; i++) rows[row][i] += scale * rows[3][i];
+}
+
+// A square view from `eye` along `forward`, half as wide as `tangent` at distance 1; far_m may be INFINITY.
+static void map_aim(RasterView *out, GlView *gl, Vec3 eye, Vec3 forward, Vec3 right, double tangent, double near_m,
+                    double far_m, uint32_t size_px)
+{
+  double rows[4][4], stretch = isinf(far_m) ? 1 : far_m / (far_m - near_m);
+  Mat4 m;
+  row_set(rows[3], forward, 1, eye);
+  row_set(rows[0], right, 0.5 / tangent, eye);
+  row_set(rows[1], vec3_cross(forward, right), 0.5 / tangent, eye);
+  row_set(rows[2], forward, stretch, eye);
+  rows[2][3] -= near_m * stretch;
+  row_add(rows, 0, 0.5);
+  row_add(rows, 1, 0.5);
+  for (int i = 0; i < 16; i++) m.m[i] = rows[i % 4][i / 4];
+  *out = raster_view_of_map(&m, eye, size_px, near_m);  // nothing before the near plane, as in OpenGL
+  *gl = gl_view(rows);
+}
+
+static void views_aim(Bench *bench)
+{
+  const CameraInfo *camera = &bench->camera.info;
+  Vec3 low, high;
+  scene_bounds(&bench->base.scene, &low, &high);
+  Vec3 center = vec3_scale(vec3_add(low, high), 0.5);
+  double radius = 0.5 * vec3_length(vec3_sub(high, low));
+
+  Vec3 from = vec3_unit_or(vec3(0.35, 1, 0.25), center), light = vec3_add(center, vec3_scale(from, 2 * radius));
+  Vec3 right = vec3_unit_or(vec3_cross(from, vec3(0, 0, 1)), center);
+  map_aim(&bench->light, &bench->gl_light, light, vec3_neg(from), right, 1 / sqrt(3), radius, 3 * radius, map_px[0]);
+  bench->light_position[0] = (float)light.x;
+  bench->light_position[1] = (float)light.y;
+  bench->light_position[2] = (float)light.z;
+
+  Vec3 eye = vec3(camera->position.x, camera->position.y, camera->position.z);
+  Vec3 middle = vec3_scale(vec3_add(eye, center), 0.5);
+  for (int face = 0; face < 6; face++) {
+    double axes[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    const double *forward = axes[face], *beside = axes[(face + 2) % 6];
+    map_aim(&bench->faces[face], &bench->gl_faces[face], middle, vec3(forward[0], forward[1], forward[2]),
+            vec3(beside[0], beside[1], beside[2]), 1, radius / 100, INFINITY, CUBE_PX);
+  }
+
+  RasterView view = raster_view_of_camera(camera);
+  const Float4 rows_px[4] = {view.x, view.y, view.depth, view.w};
+  const double scale[4] = {1.0 / WIDTH, 1.0 / HEIGHT, 1, 1};
+  double rows[4][4];
+  for (int row = 0; row < 4; row++)
+    row_set(rows[row], vec3(rows_px[row].x, rows_px[row].y, rows_px[row].z), scale[row], eye);
+  rows[2][3] -= camera->near_m;
+  bench->gl_camera = gl_view(rows);
+}
+
+// Number of each vertex among those with positions of their own, whose numbers `firsts` gets. Returns how many.
+static uint32_t vertices_weld(const FlatScene *flat, uint32_t *numbers, uint32_t *firsts)
+{
+  uint32_t count = 0, size = 4;
+  while (size < 2 * flat->vertex_count) size *= 2;
+  uint32_t *table = calloc(size, sizeof *table);
+  if (!table) stop("out of memory");
+  for (uint32_t i = 0; i < flat->vertex_count; i++) {
+    uint32_t words[3];
+    memcpy(words, flat->positions[i], sizeof words);
+    uint64_t hash = (words[0] * 0x9e3779b97f4a7c15u + words[1]) * 0x9e3779b97f4a7c15u + words[2];
+    uint32_t at = (uint32_t)((hash * 0x9e3779b97f4a7c15u) >> 32) & (size - 1);
+    while (table[at] && memcmp(flat->positions[firsts[table[at] - 1]], words, sizeof words)) at = (at + 1) & (size - 1);
+    if (!table[at]) {
+      firsts[count++] = i;
+      table[at] = count;
+    }
+    numbers[i] = table[at] - 1;
+  }
+  free(table);
+  return count;
+}
+
+static uint32_t peer_take(Bench *bench)
+{
+  const FlatScene *flat = &bench->base.flat;
+  uint32_t *numbers = calloc(flat->vertex_count, sizeof *numbers), *firsts = calloc(flat->vertex_count, sizeof *firsts);
+  float(*positions)[3] = calloc(flat->vertex_count, sizeof *positions);
+  float(*normals)[3] = calloc(flat->vertex_count, sizeof *normals);
+  uint32_t(*triangles)[3] = calloc(flat->triangle_count, sizeof *triangles);
+  if (!numbers || !firsts || !positions || !normals || !triangles) stop("out of memory");
+  uint32_t count = vertices_weld(flat, numbers, firsts);
+  for (uint32_t i = 0; i < count; i++) {
+    memcpy(positions[i], flat->positions[firsts[i]], sizeof positions[i]);
+    memcpy(normals[i], flat->normals[firsts[i]], sizeof normals[i]);
+  }
+  for (uint32_t i = 0; i < flat->triangle_count; i++)
+    for (int k = 0; k < 3; k++) triangles[i][k] = numbers[flat->corners[i].vertex[k]];
+  gl_peer_scene(bench->peer, positions, normals, count, triangles, flat->triangle_count);
+  free(numbers);
+  free(firsts);
+  free(positions);
+  free(normals);
+  free(triangles);
+  return count;
+}
+
+static Status depth_draw(Bench *bench, RasterDepth *raster, const RasterView *views, uint32_t count)
+{
+  return raster_depth(raster, bench->base.device, &bench->base.device_scene, &bench->triangles, views, count,
+                      log_of(bench));
+}
+
+static Status map_draw(Bench *bench, int map)
+{
+  RasterView view = bench->light;
+  for (Float4 *row = &view.x; row <= &view.y; row++) {  // rows are in texels
+    float scale = (float)map_px[map] / (float)map_px[0];
+    *row = (Float4){row->x * scale, row->y * scale, row->z * scale, row->w * scale};
+  }
+  view.width = view.height = map_px[map];
+  return depth_draw(bench, &bench->maps[map], &view, 1);
+}
+
+static Status visibility_draw(Bench *bench)
+{
+  Status status = STATUS_OK;
+  Wave wave = {0, bench->tiles, 0, 1};
+  uint32_t capacity = bench->tiles * TILE_PIXELS;
+  TRY(raster_visibility_aim(&bench->visibility, bench->base.device, &bench->camera, 1, capacity, log_of(bench)));
+  TRY(raster_visibility(&bench->visibility, bench->base.device, &bench->base.device_scene, &bench->triangles,
+                        &bench->camera, &wave, &bench->hits, capacity, log_of(bench)));
+
+done:
+  return status;
+}
+
+static bool ours_has(Stage stage) { return stage != SHADED; }
+
+static double ours_run_ms(Bench *bench, Stage stage)
+{
+  Status status = STATUS_OK;
+  double begin_ms = clock_ms();
+  if (stage == MAP_1024 || stage == MAP_2048) status = map_draw(bench, stage == MAP_2048);
+  if (stage == CUBE) status = depth_draw(bench, &bench->cube, bench->faces, 6);
+  if (stage == FRAME) status = map_draw(bench, 1);
+  if (!status && (stage == VISIBILITY || stage == FRAME)) status = visibility_draw(bench);
+  if (!status) status = device_finish(bench->base.device, log_of(bench));
+  if (status) stop(bench->base.log.error);
+  return clock_ms() - begin_ms;
+}
+
+static double theirs_run_ms(Bench *bench, Stage stage)
+{
+  GlPeer *peer = bench->peer;
+  double begin_ms = clock_ms();
+  if (stage == MAP_1024) gl_peer_depth_map(peer, map_px[0], &bench->gl_light);
+  if (stage == MAP_2048 || stage == FRAME) gl_peer_depth_map(peer, map_px[1], &bench->gl_light);
+  if (stage == CUBE) gl_peer_cube(peer, CUBE_PX, bench->gl_faces);
+  if (stage == VISIBILITY || stage == FRAME) gl_peer_ids(peer, WIDTH, HEIGHT, &bench->gl_camera);
+  if (stage == SHADED) gl_peer_shaded(peer, WIDTH, HEIGHT, &bench->gl_camera, &bench->gl_light, bench->light_position);
+  gl_peer_finish(peer);
+  return clock_ms() - begin_ms;
+}
+
+// Share of texels whose depths are further apart than the steepest of planes rises in a snap of either side.
+static double maps_differ(const float *theirs, const float *blocks, uint32_t size, uint32_t *covered)
+{
+  uint32_t differ = 0;
+  for (uint32_t y = 0; y < size; y++) {
+    for (uint32_t x = 0; x < size; x++) {
+      float depth = blocks[depth_map_index(x, y, size)];
+      differ += !(fabsf(theirs[y * size + x] - depth) < 1e-3f);
+      *covered += depth < 1;
+    }
+  }
+  return (double)differ / size / size;
+}
+
+static double stage_differ(Bench *bench, Stage stage, float *ours, float *theirs, double *covered_share)
+{
+  static uint32_t ids[PIXELS], our_ids[PIXELS];
+  uint32_t covered = 0, differ = 0, size = stage == CUBE ? CUBE_PX : map_px[stage == MAP_2048];
+  Device *device = bench->base.device;
+  double share = 0;
+  if (stage == CUBE) {
+    if (buffer_read(device, &bench->cube.maps, ours, sizeof *ours * 6 * size * size, log_of(bench))) stop("cube");
+    for (int face = 0; face < 6; face++) {
+      gl_peer_read_face(bench->peer, face, theirs);
+      share += maps_differ(theirs, ours + (size_t)face * size * size, size, &covered) / 6;
+    }
+    *covered_share = (double)covered / size / size / 6;
+    return share;
+  }
+  if (stage != VISIBILITY) {
+    if (buffer_read(device, &bench->maps[stage == MAP_2048].maps, ours, sizeof *ours * size * size, log_of(bench)))
+      stop("map");
+    gl_peer_read_map(bench->peer, theirs);
+    share = maps_differ(theirs, ours, size, &covered);
+    *covered_share = (double)covered / size / size;
+    return share;
+  }
+  gl_peer_read_ids(bench->peer, ids, theirs);
+  if (buffer_read(device, &bench->hits.hits, ours, sizeof *ours * bench->tiles * TILE_PIXELS, log_of(bench)) ||
+      buffer_read(device, &bench->hits.ids, our_ids, sizeof our_ids, log_of(bench)))
+    stop("hits");
+  for (uint32_t slot = 0; slot < PIXELS; slot++) {
+    uint32_t tile = slot / TILE_PIXELS, row = bench->camera.info.tiles_per_row, within = slot % TILE_PIXELS;
+    uint32_t x = tile % row * TILE_SIZE + within / 16 % 2 * 4 + within % 4;
+    uint32_t y = tile / row * TILE_SIZE + within / 32 * 4 + within % 16 / 4, pixel = y * WIDTH + x;
+    double depth = our_ids[slot] == HIT_NONE ? 1 : 1 - bench->camera.info.near_m / (double)ours[slot];
+    covered += our_ids[slot] != HIT_NONE;
+    // The same triangle, or, where one is smaller than a snap tells apart, the same depth.
+    differ += ids[pixel] != our_ids[slot] &&
+              !(fabs((1 - (double)theirs[pixel]) / (1 - depth) - 1) < 1e-3 && our_ids[slot] != HIT_NONE);
+  }
+  *covered_share = (double)covered / PIXELS;
+  return (double)differ / PIXELS;
+}
+
+// Stops unless both sides show the same but for edges that a snap of 1/256 of a pixel moves over a centre.
+static void sameness_check(Bench *bench)
+{
+  float *ours = calloc((size_t)map_px[1] * map_px[1], sizeof *ours), *theirs = calloc(map_px[1] * map_px[1], 4);
+  if (!ours || !theirs) stop("out of memory");
+  printf("  both draw the same but for");
+  for (Stage stage = 0; stage <= VISIBILITY; stage++) {
+    double covered = 0;
+    ours_run_ms(bench, stage);
+    theirs_run_ms(bench, stage);
+    double share = stage_differ(bench, stage, ours, theirs, &covered);
+    printf("%s %.2f %%", stage ? "," : "", 100 * share);
+    if (!(share < 0.01 && covered > 0.05)) {
+      printf(" of %s: %.1f %% covered\n", stage_names[stage], 100 * covered);
+      stop("the two sides do not draw the same");
+    }
+  }
+  printf(" of texels\n");
+  free(ours);
+  free(theirs);
+}
+
+// Bytes that our passes read and write for each triangle of the scene: blocks, and the records of those that are seen.
+static double triangle_bytes(Bench *bench, const RasterBins *bins, uint32_t views, uint32_t record_words)
+{
+  size_t spans = (size_t)bench->triangles.chunk_count * views;
+  RasterSpan *read = calloc(spans, sizeof *read);
+  double records = 0;
+  if (!read || spans * sizeof *read > bins->spans.bytes ||
+      buffer_read(bench->base.device, &bins->spans, read, spans * sizeof *read, log_of(bench)))
+    records = NAN;  // direct, or several passes
+  for (size_t i = 0; i < spans; i++) records += read[i].count;
+  free(read);
+  return 44.0 * views + 8.0 * record_words * records / bench->triangles.triangle_count;
+}
+
+static void bytes_print(Bench *bench, Stage stage)
+{
+  if (stage == MAP_1024 || stage == MAP_2048)
+    printf("%9d %9.0f", 4, triangle_bytes(bench, &bench->maps[stage == MAP_2048].binned, 1, DEPTH_WORDS));
+  if (stage == CUBE) printf("%9d %9.0f", 4, triangle_bytes(bench, &bench->cube.binned, 6, DEPTH_WORDS));
+  if (stage == VISIBILITY) printf("%9d %9.0f", 16, triangle_bytes(bench, &bench->visibility.binned, 1, VISIBLE_WORDS));
+}
+
+// Mean time of each kernel since span `first`.
+static void kernels_print(const Timeline *timeline, size_t first)
+{
+  for (size_t i = first; i < timeline->count; i++) {
+    double sum_ms = 0;
+    bool before = false;
+    for (size_t k = first; k < timeline->count; k++) {
+      bool same = !strcmp(timeline->spans[k].name, timeline->spans[i].name);
+      before = before || (same && k < i);
+      if (same) sum_ms += timeline->spans[k].end_ms - timeline->spans[k].begin_ms;
+    }
+    if (!before) printf("      %-44s %8.2f ms\n", timeline->spans[i].name, sum_ms / (ROUNDS + 1));
+  }
+}
+
+static void stage_run(Bench *bench, Stage stage, bool verbose, Total *total)
+{
+  double ours[ROUNDS], theirs[ROUNDS], ratios[ROUNDS];
+  size_t first = bench->base.timeline.count;
+  for (int round = -1; round < ROUNDS; round++) {  // round -1 warms up
+    int at = round < 0 ? 0 : round;
+    ours[at] = ours_has(stage) ? ours_run_ms(bench, stage) : NAN;
+    theirs[at] = theirs_run_ms(bench, stage);
+    ratios[at] = theirs[at] / ours[at];
+  }
+  if (!ours_has(stage)) {
+    printf("  %-20s %8s %9.2f %7s\n", stage_names[stage], "-", bench_median(theirs, ROUNDS), "-");
+    return;
+  }
+  double ratio = bench_median(ratios, ROUNDS);
+  printf("  %-20s %8.2f %9.2f %7.2f", stage_names[stage], bench_median(ours, ROUNDS), bench_median(theirs, ROUNDS),
+         ratio);
+  bytes_print(bench, stage);
+  printf("\n");
+  if (verbose) kernels_print(&bench->base.timeline, first);
+  if (bench->triangles.triangle_count < 50000) return;
+  total->log_sum += log(ratio);
+  total->least = total->count && total->least < ratio ? total->least : ratio;
+  total->count++;
+}
+
+static Status passes_make(Bench *bench)
+{
+  Status status = STATUS_OK;
+  const RasterOptions usual = {0};
+  Device *device = bench->base.device;
+  const DeviceScene *scene = &bench->base.device_scene;
+  Log *log = log_of(bench);
+  PictureArea area = {WIDTH, HEIGHT, 0, 0, WIDTH, HEIGHT};
+  CameraInfo info = camera_info(&bench->base.camera, &area);
+  if (info.orthographic) stop("the camera is orthographic");
+  info.far_m = INFINITY;  // as in OpenGL's matrix above
+  bench->tiles = info.tiles_per_row * (HEIGHT / TILE_SIZE);
+  TRY(raster_scene_make(&bench->triangles, device, scene, &usual, log));
+  for (int i = 0; i < MAPS; i++)
+    TRY(raster_depth_make(&bench->maps[i], device, scene, &bench->triangles, map_px[i], 1, &usual, log));
+  TRY(raster_depth_make(&bench->cube, device, scene, &bench->triangles, CUBE_PX, 6, &usual, log));
+  TRY(raster_visibility_make(&bench->visibility, device, scene, &bench->triangles, &usual, log));
+  TRY(camera_rays_make(&bench->camera, device, &info, 1, log));
+  TRY(hit_stream_make(&bench->hits, device, bench->tiles * TILE_PIXELS, log));
+
+done:
+  return status;
+}
+
+static Status bench_run(Bench *bench, const char *path, bool verbose, Total *total)
+{
+  Status status = STATUS_OK;
+  TRY(bench_scene_open(&bench->base, path, (double)WIDTH / HEIGHT, THREADS));
+  TRY(passes_make(bench));
+  bench->peer = gl_peer_open();
+  if (!bench->peer) exit(1);
+  views_aim(bench);
+  uint32_t vertices = peer_take(bench);
+  printf("%s: %u triangles, %u vertices; %s, %u lanes; %s\n", path, bench->triangles.triangle_count, vertices,
+         device_info(bench->base.device)->name, device_traits(bench->base.device)->lanes, gl_peer_name(bench->peer));
+  sameness_check(bench);
+  printf("  medians of %d         ours ms  theirs ms   ratio  B/pixel  B/triangle\n", ROUNDS);
+  for (Stage stage = 0; stage < STAGES; stage++) stage_run(bench, stage, verbose, total);
+
+done:
+  if (status) fprintf(stderr, "bench_raster: %s\n", bench->base.log.error);
+  gl_peer_close(bench->peer);
+  hit_stream_free(&bench->hits);
+  camera_rays_free(&bench->camera);
+  raster_visibility_free(&bench->visibility);
+  raster_depth_free(&bench->cube);
+  for (int i = 0; i < MAPS; i++) raster_depth_free(&bench->maps[i]);
+  raster_scene_free(&bench->triangles);
+  bench_scene_close(&bench->base);
+  return status;
+}
+
+int main(int argc, char **argv)
+{
+  Status worst = STATUS_OK;
+  Total total = {0};
+  bool verbose = argc > 1 && !strcmp(argv[1], "-v");
+  char threads[16];
+  snprintf(threads, sizeof threads, "%d", THREADS);
+  setenv("LP_NUM_THREADS", threads, 1);
+  for (int i = 1 + verbose; i < argc; i++) {
+    Bench bench = {0};
+    Status status = bench_run(&bench, argv[i], verbose, &total);
+    if (status) worst = status;
+  }
+  if (total.count)
+    printf("%u stages above 50 k triangles: llvmpipe takes %.2f times as long in the geometric mean, %.2f at least\n",
+           total.count, exp(total.log_sum / total.count), total.least);
+  return status_exit_code(worst);
+}
