@@ -29,6 +29,9 @@
 #if __has_builtin(__builtin_reduce_or)
 #define HAS_REDUCTION
 #endif
+#if LANES == 16 && defined(__AVX512DQ__) && __has_builtin(__builtin_ia32_cvtd2mask512)
+#define HAS_MASK_REGISTERS
+#endif
 #endif
 
 typedef LANE_TYPE(float) FloatL;
@@ -55,12 +58,15 @@ typedef LANE_TYPE(uint) UintL;
 #define LANE_AS_INT(x) LANE_TYPE(as_int)(x)
 #define LANE_AS_UINT(x) LANE_TYPE(as_uint)(x)
 
-// Whether a lane of the mask is set. any() of a vector becomes a branch a lane on PoCL; clang's own reduction is one
-// instruction, and without it a test of 64 bits does.
+// Whether a lane of the mask is set. any() of a vector becomes a branch a lane on PoCL; where the compiler keeps masks in
+// registers of their own, asking for one costs nothing, else clang's own reduction is a few instructions, and without it
+// a test of 64 bits does.
 static inline bool any_lane(IntL mask)
 {
 #if LANES == 1
   return mask != 0;
+#elif defined(HAS_MASK_REGISTERS)
+  return (ushort)__builtin_ia32_cvtd2mask512(mask) != 0;
 #elif defined(HAS_REDUCTION)
   return __builtin_reduce_or(mask) != 0;
 #elif LANES == 16
@@ -75,6 +81,8 @@ static inline uint lane_bits(IntL mask)
 {
 #if LANES == 1
   return mask != 0;
+#elif defined(HAS_MASK_REGISTERS)
+  return (ushort)__builtin_ia32_cvtd2mask512(mask);
 #else
   uint bits = 0;
 #if LANES == 16

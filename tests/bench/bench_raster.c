@@ -213,6 +213,13 @@ done:
 
 static bool ours_has(Stage stage) { return stage != SHADED; }
 
+static double processor_ms(void)
+{
+  struct timespec now;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
+}
+
 static double ours_run_ms(Bench *bench, Stage stage)
 {
   Status status = STATUS_OK;
@@ -355,11 +362,13 @@ static void kernels_print(const Timeline *timeline, size_t first)
 
 static void stage_run(Bench *bench, Stage stage, bool verbose, Total *total)
 {
-  double ours[ROUNDS], theirs[ROUNDS], ratios[ROUNDS];
+  double ours[ROUNDS], theirs[ROUNDS], ratios[ROUNDS], work[ROUNDS];
   size_t first = bench->base.timeline.count;
   for (int round = -1; round < ROUNDS; round++) {  // round -1 warms up
     int at = round < 0 ? 0 : round;
+    double begin_ms = processor_ms();
     ours[at] = ours_has(stage) ? ours_run_ms(bench, stage) : NAN;
+    work[at] = processor_ms() - begin_ms;
     theirs[at] = theirs_run_ms(bench, stage);
     ratios[at] = theirs[at] / ours[at];
   }
@@ -372,7 +381,15 @@ static void stage_run(Bench *bench, Stage stage, bool verbose, Total *total)
          ratio);
   bytes_print(bench, stage);
   printf("\n");
+  if (verbose) printf("      %-44s %8.2f ms\n", "processor time", bench_median(work, ROUNDS));
   if (verbose) kernels_print(&bench->base.timeline, first);
+  if (verbose && stage == VISIBILITY) {
+    RasterCost cost;
+    if (raster_visibility_cost(&cost, &bench->visibility, bench->base.device, log_of(bench))) stop("costs");
+    double frames = ROUNDS + 2;
+    printf("      %.2f M tests of blocks, %.2f samples covered a pixel\n", 1e-6 * (double)cost.block_tests / frames,
+           (double)cost.samples_covered / frames / PIXELS);
+  }
   if (bench->triangles.triangle_count < 50000) return;
   total->log_sum += log(ratio);
   total->least = total->count && total->least < ratio ? total->least : ratio;
