@@ -109,6 +109,23 @@ static inline FloatL min_lane(FloatL a, FloatL b) { return a < b ? a : b; }
 static inline FloatL max_lane(FloatL a, FloatL b) { return a > b ? a : b; }
 #endif
 
+// The greatest lane.
+static inline float greatest_lane(FloatL v)
+{
+#if LANES == 1
+  return v;
+#else
+#if LANES == 16
+  float8 eight = v.lo > v.hi ? v.lo : v.hi;
+#else
+  float8 eight = v;
+#endif
+  float4 four = eight.lo > eight.hi ? eight.lo : eight.hi;
+  float2 two = four.lo > four.hi ? four.lo : four.hi;
+  return two.x > two.y ? two.x : two.y;
+#endif
+}
+
 typedef struct Vec3L {
   FloatL x, y, z;
 } Vec3L;

@@ -18,6 +18,7 @@ typedef struct VisibleTriangle {
   FloatL edge_x[3], edge_y[3],
       edge_0[3];  // >= 0 (or NaN) for a block of 4 x 4 samples that may be met, by its first sample
   FloatL low_x, low_y, high_x, high_y;  // bounds of samples that may be met, in pixels
+  FloatL near;                          // no hit is nearer
   IntL culled;
 } VisibleTriangle;
 
@@ -90,14 +91,22 @@ static inline void visible_hard(VisibleTriangle *out, uint lane, constant Raster
   if (clear && determinant > 0 && flags & TRIANGLE_SINGLE_SIDED) LANE_INT(out->culled, lane) = -1;
 }
 
+// Adds what one axis of a triangle's box does to the least and the greatest depth of the box. It is the box that bounds
+// a hit: where a triangle's own distance is in doubt, hit_hold (lib/hit.cl) moves it to where the ray enters the box.
+static inline void box_depth(FloatL *least, FloatL *greatest, float row, FloatL a, FloatL b, FloatL c)
+{
+  FloatL low = FLOATL(row) * min3_lane(a, b, c), high = FLOATL(row) * max3_lane(a, b, c);
+  *least += row > 0 ? low : high;
+  *greatest += row > 0 ? high : low;
+}
+
 // Sets up LANES triangles, whose vertices are relative to the view's origin; lanes of `unused` come out culled.
 static inline VisibleTriangle visible_setup(constant RasterView *view, const Vec3L a[3], UintL flags, IntL unused)
 {
   VisibleTriangle out;
-  FloatL zero = FLOATL(0), one = FLOATL(1), px[3], py[3], w[3], depth[3], square[3], ratio[3];
+  FloatL zero = FLOATL(0), one = FLOATL(1), px[3], py[3], w[3], square[3], ratio[3];
   for (int i = 0; i < 3; i++) {
     w[i] = row_dot(view->w, a[i]);
-    depth[i] = row_dot(view->depth, a[i]);
     square[i] = dot3(a[i], a[i]);
     FloatL inverse = one / w[i];
     px[i] = row_dot(view->x, a[i]) * inverse;
@@ -106,8 +115,12 @@ static inline VisibleTriangle visible_setup(constant RasterView *view, const Vec
   }
   FloatL far_off = sqrt(max3_lane(square[0], square[1], square[2]));
   FloatL slack = FLOATL(4 * RASTER_ROUNDING) * far_off + FLOATL(view->error_m);  // above HIT_DOUBT
-  out.culled = unused | (max3_lane(depth[0], depth[1], depth[2]) <= FLOATL(view->near) - slack) |
-               (min3_lane(depth[0], depth[1], depth[2]) > FLOATL(view->far) + slack);
+  FloatL least = FLOATL(view->depth.w), greatest = least;
+  box_depth(&least, &greatest, view->depth.x, a[0].x, a[1].x, a[2].x);
+  box_depth(&least, &greatest, view->depth.y, a[0].y, a[1].y, a[2].y);
+  box_depth(&least, &greatest, view->depth.z, a[0].z, a[1].z, a[2].z);
+  out.near = max_lane(least - slack, zero);
+  out.culled = unused | (greatest <= FLOATL(view->near) - slack) | (least > FLOATL(view->far) + slack);
 
   FloatL low_x = min3_lane(px[0], px[1], px[2]), high_x = max3_lane(px[0], px[1], px[2]);
   FloatL low_y = min3_lane(py[0], py[1], py[2]), high_y = max3_lane(py[0], py[1], py[2]);

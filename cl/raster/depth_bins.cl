@@ -77,15 +77,14 @@ static __attribute__((noinline)) void record_draw_clipped(global const uint *rec
 }
 
 kernel void depth_bins(global const RasterBlock *blocks, constant RasterView *views, uint view_count, uint columns,
-                       uint chunk_count, global const uint *records, global const RasterSpan *spans,
+                       uint chunk_count, global const uint *records, global const uint *spans,
                        global const uint *starts, global const ushort *lists, uint begin, global float *maps,
                        global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
                        uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
                        global const uchar4 *texels, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  Bins bins = {columns, 0, columns};
-  uint item = get_global_id(0), list = item % bins_count(bins), number = item / bins_count(bins);
+  uint item = get_global_id(0), list = item % (columns * columns), number = item / (columns * columns);
   if (number >= view_count) return;
   constant RasterView *view = &views[number];
   uint2 bin = (uint2)(list % columns, list / columns), px = bin * (uint)RASTER_BIN_PX;
@@ -102,20 +101,24 @@ kernel void depth_bins(global const RasterBlock *blocks, constant RasterView *vi
     for (uint row = 0; row < (uint)window.w / 4; row++)
       for (uint part = 0; part < (uint)window.z / 4 * BLOCK_PARTS; part++) to.map[row * row_parts + part] = FLOATL(1);
   }
-  for (uint chunk = number * chunk_count; chunk < (number + 1) * chunk_count; chunk++) {
-    RasterSpan span = spans[chunk];
-    if (bin.x < span.first_x || bin.x >= span.end_x || bin.y < span.first_y || bin.y >= span.end_y) continue;
-    global const uint *from = records + chunk * (RASTER_CHUNK + 1) * DEPTH_WORDS;
-    global const uint *start = starts + chunk * (bins_count(bins) + 2);
-    global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
-    for (uint large = 0; large < 2; large++) {
-      uint which = large ? bins_count(bins) : list;
-      for (uint i = start[which]; i < start[which + 1]; i++) {
-        global const uint *record = from + numbers[i] * DEPTH_WORDS;
-        if (record[DEPTH_FLAGS] & DEPTH_CLIPPED)
-          record_draw_clipped(record, &to);
-        else
-          record_draw(record, &to);
+  ulong keys[SORT_CHUNKS];
+  uint all = view_count * chunk_count, last = (number + 1) * chunk_count;
+  for (uint first = number * chunk_count; first < last; first += SORT_CHUNKS) {
+    uint count = bin_chunks(keys, spans, all, first, min(first + SORT_CHUNKS, last), bin.x, bin.y);
+    for (uint i = 0; i < count; i++) {
+      uint chunk = (uint)keys[i];
+      global const uint *from = records + chunk * (RASTER_CHUNK + 1) * DEPTH_WORDS;
+      global const uint *start = starts + chunk * (columns * columns + 2);
+      global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
+      BinLists in = bin_lists(spans, all, chunk, start, bin.x, bin.y);
+      for (uint large = 0; large < 2; large++) {
+        for (uint k = in.begin[large]; k < in.end[large]; k++) {
+          global const uint *record = from + numbers[k] * DEPTH_WORDS;
+          if (record[DEPTH_FLAGS] & DEPTH_CLIPPED)
+            record_draw_clipped(record, &to);
+          else
+            record_draw(record, &to);
+        }
       }
     }
   }

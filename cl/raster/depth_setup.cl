@@ -3,7 +3,7 @@
 //   in    blocks, bounds    the scene's triangles (triangle_pack.cl)
 //         views             [view_count], square maps of the same size, `columns` bins a side
 //   out   records  [view][chunk][RASTER_CHUNK + 1][DEPTH_WORDS], packed: triangles that may cover a texel's centre
-//         spans    [view][chunk]
+//         spans    [SPAN_FIELDS][view][chunk]
 //         starts   [view][chunk][bins + 2], lists [view][chunk][RASTER_CHUNK * RASTER_LARGE_BINS] (lib/bins.cl)
 //
 //   Cost  one work-item a chunk and view; 44 bytes read a triangle, 64 written for one that survives.
@@ -15,23 +15,19 @@
 
 kernel void depth_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
                         uint chunk_count, constant RasterView *views, uint view_count, uint columns,
-                        global uint *records, global RasterSpan *spans, global uint *starts, global ushort *lists)
+                        global uint *records, global uint *spans, global uint *starts, global ushort *lists)
 {
   uint item = get_global_id(0), chunk = first_chunk + item % chunk_count;
   if (item >= chunk_count * view_count) return;
   constant RasterView *view = &views[item / chunk_count];
-  Bins bins = {columns, 0, columns};
-  RasterSpan span = {0, columns, columns, 0, 0};
+  BinRanges ranges;
   blocks += chunk * RASTER_CHUNK_BLOCKS;
   records += item * (RASTER_CHUNK + 1) * DEPTH_WORDS;
-  starts += item * (bins_count(bins) + 2);
+  starts += item * (columns * columns + 2);
   lists += item * (RASTER_CHUNK * RASTER_LARGE_BINS);
-  if (!bounds_on_map(&bounds[chunk], view)) {
-    spans[item] = span;
-    return;
-  }
-  bins_clear(starts, bins);
-  for (uint first = 0; first < RASTER_CHUNK; first += LANES) {
+  ranges_clear(&ranges);
+  uint count = bounds_on_map(&bounds[chunk], view) ? RASTER_CHUNK : 0;
+  for (uint first = 0; first < count; first += LANES) {
     global const RasterBlock *block = &blocks[first / RASTER_STEP];
     UintL flags = LANE_LOAD(block->flags, first % RASTER_STEP), id = LANE_LOAD(block->id, first % RASTER_STEP);
     Vec3L corners[3], a[3];
@@ -53,13 +49,13 @@ kernel void depth_setup(global const RasterBlock *blocks, global const RasterBou
       fields[DEPTH_PLANE + 2 * i] = LANE_AS_UINT(t.clipped ? t.clip[i][2] : plane[2 * i]);
       fields[DEPTH_PLANE + 2 * i + 1] = LANE_AS_UINT(t.clipped ? t.clip[i][3] : plane[2 * i + 1]);
     }
-    fields[DEPTH_BINS] = LANE_AS_UINT((t.first_x / INTL(RASTER_BIN_PX)) | (t.last_x / INTL(RASTER_BIN_PX)) << INTL(16));
-    fields[DEPTH_BINS + 1] =
-        LANE_AS_UINT((t.first_y / INTL(RASTER_BIN_PX)) | (t.last_y / INTL(RASTER_BIN_PX)) << INTL(16));
     fields[DEPTH_NUMBER] = LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX);
+    fields[12] = fields[13] = UINTL(0);
     fields[DEPTH_FLAGS] = t.clipped ? flags | UINTL(DEPTH_CLIPPED) : flags;
-    bins_take(fields, DEPTH_WORDS, DEPTH_BINS, bits, records, &span, starts, bins);
+    IntL bin_px = INTL(RASTER_BIN_PX);
+    UintL x = LANE_AS_UINT((t.first_x / bin_px) | (t.last_x / bin_px) << INTL(16)),
+          y = LANE_AS_UINT((t.first_y / bin_px) | (t.last_y / bin_px) << INTL(16));
+    bins_take(&ranges, !t.culled, bits, x, y, t.clipped ? FLOATL(0) : plane[3], fields, DEPTH_WORDS, records);
   }
-  bins_fill(starts, bins, records, DEPTH_WORDS, DEPTH_BINS, span.count, lists);
-  spans[item] = span;
+  bins_sort(&ranges, spans, item, chunk_count * view_count, starts, lists);
 }

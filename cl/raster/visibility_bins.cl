@@ -20,11 +20,19 @@
 
 #define AXIS_MIXED 3
 
-// The samples of a bin, blocks row by row. In perspective a, b, c are the shear of a block whose rays share their
-// dominant axis, and the direction where they do not; in parallel projection they are the origin.
+// A block of 4 x 4 samples: its rays and what they have met. In perspective a, b, c are the shear of a block whose rays
+// share their dominant axis, and the direction where they do not; in parallel projection they are the origin.
+typedef struct Block {
+  FloatL a[BLOCK_PARTS], b[BLOCK_PARTS], c[BLOCK_PARTS];
+  FloatL t[BLOCK_PARTS], u[BLOCK_PARTS], v[BLOCK_PARTS];
+  UintL ids[BLOCK_PARTS];
+} Block;
+
+// The samples of a bin, blocks row by row.
 typedef struct BinSamples {
-  FloatL a[BIN_BLOCKS * BLOCK_PARTS], b[BIN_BLOCKS * BLOCK_PARTS], c[BIN_BLOCKS * BLOCK_PARTS];
-  uint target[BIN_BLOCKS];  // of the first part of each block
+  Block blocks[BIN_BLOCKS];
+  FloatL farthest[BIN_SIDE][BLOCK_PARTS];  // t of each block, [row][column]; -1 outside the wave
+  uint target[BIN_BLOCKS];                 // where the first part of each block goes
   uchar axis[BIN_BLOCKS];
   uint inside[BIN_SIDE];  // blocks of a row that belong to the wave, a bit each
   uint shared_axis;       // of all blocks, else AXIS_MIXED
@@ -39,50 +47,61 @@ typedef struct BinSamples {
 typedef struct Target {
   global FloatL *t, *u, *v;
   global UintL *ids;
-  float t_min;
+  float t_min, origin[3];  // of the triangles' vertices as rays take them
   global const RasterBlock *triangles;
   const AttributeSources *attributes;
   uint tests, covered;
 } Target;
 
-static inline void slots_empty(constant CameraInfo *camera, UintL x, UintL y, uint at, Target *to)
-{
-  to->t[at] = camera_ray_end(camera, x, y);
-  to->u[at] = FLOATL(0);
-  to->v[at] = FLOATL(0);
-  to->ids[at] = UINTL(HIT_NONE);
-}
-
 static inline Vec3L no_origin(void) { return vec3l(FLOATL(0), FLOATL(0), FLOATL(0)); }
 
 static inline void block_make(BinSamples *bin, uint block, constant CameraInfo *camera, Float2 offset, uint tile,
-                              uint within, bool begin, Target *to)
+                              uint within, bool begin, const Target *from)
 {
+  Block *out = &bin->blocks[block];
   for (uint part = 0; part < BLOCK_PARTS; part++) {
     UintL x, y;
     tile_pixels(&x, &y, tile, within + part * LANES, camera->tiles_per_row);
     CameraRay ray = camera_ray(camera, x, y, offset);
     Vec3L kept = bin->is_parallel ? ray.origin : ray.direction;
     UintL axis = dominant_axis(ray.direction);
-    uint kz = LANE_UINT(axis, 0), at = block * BLOCK_PARTS + part;
+    uint kz = LANE_UINT(axis, 0), at = bin->target[block] + part;
     bool shared = !any_lane(axis != UINTL(kz)) && (part == 0 || kz == bin->axis[block]);
     bin->axis[block] = shared ? kz : AXIS_MIXED;
-    bin->a[at] = kept.x;
-    bin->b[at] = kept.y;
-    bin->c[at] = kept.z;
-    if (begin) slots_empty(camera, x, y, bin->target[block] + part, to);
+    out->a[part] = kept.x;
+    out->b[part] = kept.y;
+    out->c[part] = kept.z;
+    out->t[part] = begin ? camera_ray_end(camera, x, y) : from->t[at];
+    out->u[part] = begin ? FLOATL(0) : from->u[at];
+    out->v[part] = begin ? FLOATL(0) : from->v[at];
+    out->ids[part] = begin ? UINTL(HIT_NONE) : from->ids[at];
   }
   for (uint part = 0; part < BLOCK_PARTS && !bin->is_parallel && bin->axis[block] != AXIS_MIXED; part++) {
-    uint at = block * BLOCK_PARTS + part;
-    ShearedRay ray = shear_ray(no_origin(), vec3l(bin->a[at], bin->b[at], bin->c[at]), bin->axis[block]);
-    bin->a[at] = ray.shear_x;
-    bin->b[at] = ray.shear_y;
-    bin->c[at] = ray.shear_z;
+    ShearedRay ray = shear_ray(no_origin(), vec3l(out->a[part], out->b[part], out->c[part]), bin->axis[block]);
+    out->a[part] = ray.shear_x;
+    out->b[part] = ray.shear_y;
+    out->c[part] = ray.shear_z;
   }
 }
 
+// Takes down how far the farthest sample of a block is.
+static inline void block_measure(BinSamples *bin, uint block)
+{
+  FloatL t = bin->blocks[block].t[0];
+  for (uint part = 1; part < BLOCK_PARTS; part++) t = max_lane(t, bin->blocks[block].t[part]);
+  ((float *)bin->farthest)[block] = greatest_lane(t);
+}
+
+static inline float bin_farthest(const BinSamples *bin)
+{
+  const FloatL *rows = &bin->farthest[0][0];
+  FloatL t = rows[0];
+  for (uint i = 1; i < BIN_SIDE * BLOCK_PARTS; i++) t = max_lane(t, rows[i]);
+  return greatest_lane(t);
+}
+
 static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2 offset, uint2 bin_px, uint first_tile,
-                            uint tile_count, uint sample, bool begin, Target *to)
+                            uint tile_count, uint sample, bool begin, const Target *from)
 {
   bool any = false;
   bin->camera = camera;
@@ -93,6 +112,7 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
   bin->shared_axis = AXIS_MIXED;
   for (uint row = 0; row < BIN_SIDE; row++) {
     bin->inside[row] = 0;
+    for (uint part = 0; part < BLOCK_PARTS; part++) bin->farthest[row][part] = FLOATL(-1);
     for (uint column = 0; column < BIN_SIDE; column++) {
       uint block = row * BIN_SIDE + column;
       uint2 px = bin_px + (uint2)(column, row) * 4u, tile_at = px / (uint)TILE_SIZE;
@@ -100,9 +120,25 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
       if (tile_at.x >= camera->tiles_per_row || tile < first_tile || tile >= first_tile + tile_count) continue;
       bin->inside[row] |= 1u << column;
       bin->target[block] = ((tile - first_tile + sample * tile_count) * TILE_PIXELS + within) / LANES;
-      block_make(bin, block, camera, offset, tile, within, begin, to);
+      block_make(bin, block, camera, offset, tile, within, begin, from);
+      block_measure(bin, block);
       bin->shared_axis = !any || bin->axis[block] == bin->shared_axis ? bin->axis[block] : AXIS_MIXED;
       any = true;
+    }
+  }
+}
+
+static inline void bin_store(const BinSamples *bin, const Target *to)
+{
+  for (uint block = 0; block < BIN_BLOCKS; block++) {
+    if (!(bin->inside[block / BIN_SIDE] >> block % BIN_SIDE & 1)) continue;
+    const Block *from = &bin->blocks[block];
+    for (uint part = 0; part < BLOCK_PARTS; part++) {
+      uint at = bin->target[block] + part;
+      to->t[at] = from->t[part];
+      to->u[at] = from->u[part];
+      to->v[at] = from->v[part];
+      to->ids[at] = from->ids[part];
     }
   }
 }
@@ -112,12 +148,14 @@ typedef struct Permuted {
   float a[3], b[3], c[3];
 } Permuted;
 
-static inline Permuted triangle_permute(global const float *vertex, uint axis)
+static inline Permuted triangle_permute(uint number, uint axis, const Target *from)
 {
-  uint kx = axis == 2 ? 0 : axis + 1, ky = axis == 0 ? 2 : axis - 1;
-  Permuted p = {{vertex[kx], vertex[ky], vertex[axis]},
-                {vertex[3 + kx], vertex[3 + ky], vertex[3 + axis]},
-                {vertex[6 + kx], vertex[6 + ky], vertex[6 + axis]}};
+  global const RasterBlock *block = &from->triangles[number / RASTER_STEP];
+  uint slot = number % RASTER_STEP, kx = axis == 2 ? 0 : axis + 1, ky = axis == 0 ? 2 : axis - 1;
+  float x = from->origin[kx], y = from->origin[ky], z = from->origin[axis];
+  Permuted p = {{block->vertex[0][kx][slot] - x, block->vertex[0][ky][slot] - y, block->vertex[0][axis][slot] - z},
+                {block->vertex[1][kx][slot] - x, block->vertex[1][ky][slot] - y, block->vertex[1][axis][slot] - z},
+                {block->vertex[2][kx][slot] - x, block->vertex[2][ky][slot] - y, block->vertex[2][axis][slot] - z}};
   return p;
 }
 
@@ -139,63 +177,65 @@ static __attribute__((noinline)) void samples_hold(TriangleHit *hit, uint number
   hit_hold(hit, FLOATL(to->t_min), slab, vertex[0], vertex[1], vertex[2]);
 }
 
-// Tries a triangle on the lanes of `lanes` of part of a block.
-static inline __attribute__((always_inline)) void samples_test(const Permuted *p, global const uint *record,
-                                                               const ShearedRay *ray, IntL lanes, const BinSamples *bin,
+// Tries a triangle on the lanes of `lanes` of part of a block. Returns whether it is the nearest anywhere.
+static inline __attribute__((always_inline)) bool samples_test(const Permuted *p, global const uint *record,
+                                                               const ShearedRay *ray, IntL lanes, BinSamples *bin,
                                                                uint block, uint part, Target *to)
 {
-  uint id = record[VISIBLE_ID], flags = record[VISIBLE_FLAGS], at = bin->target[block] + part;
+  Block *samples = &bin->blocks[block];
+  uint number = record[VISIBLE_NUMBER], flags = record[VISIBLE_FLAGS];
   to->tests++;
   TriangleHit hit =
       triangle_intersect(ray, FLOATL(p->a[0]), FLOATL(p->a[1]), FLOATL(p->a[2]), FLOATL(p->b[0]), FLOATL(p->b[1]),
                          FLOATL(p->b[2]), FLOATL(p->c[0]), FLOATL(p->c[1]), FLOATL(p->c[2]));
-  if (!any_lane(hit.inside)) return;
-  FloatL t = to->t[at];
-  UintL ids = to->ids[at];
+  if (!any_lane(hit.inside)) return false;
+  uint id = to->triangles[number / RASTER_STEP].id[number % RASTER_STEP];
+  FloatL t = samples->t[part];
+  UintL ids = samples->ids[part];
   IntL positive_kz = ray->shear_z > FLOATL(0);
   IntL wins = hit_is_closest(&hit, lanes, FLOATL(to->t_min), t, ids, id, flags, positive_kz);
-  if (!any_lane(wins)) return;
+  if (!any_lane(wins)) return false;
   if (any_lane(wins & hit.doubtful)) {
     TriangleHit held = hit;  // a copy, so that the usual hit stays in registers
-    samples_hold(&held, record[VISIBLE_NUMBER], bin, block, part, to);
+    samples_hold(&held, number, bin, block, part, to);
     hit = held;
     wins = hit_is_closest(&hit, lanes, FLOATL(to->t_min), t, ids, id, flags, positive_kz);
   }
   wins = hit_counts(&hit, wins, id, flags, to->attributes);
-  if (!any_lane(wins)) return;
+  if (!any_lane(wins)) return false;
   to->covered += (uint)popcount(lane_bits(wins));
-  to->t[at] = wins ? hit.t : t;
-  to->ids[at] = wins ? UINTL(id) : ids;
-  to->u[at] = wins ? hit.u : to->u[at];
-  to->v[at] = wins ? hit.v : to->v[at];
+  samples->t[part] = wins ? hit.t : t;
+  samples->ids[part] = wins ? UINTL(id) : ids;
+  samples->u[part] = wins ? hit.u : samples->u[part];
+  samples->v[part] = wins ? hit.v : samples->v[part];
+  return true;
 }
 
 // A block of any kind of rays: those of parallel projection, and those that do not share their dominant axis.
-static __attribute__((noinline)) void block_test_any(global const uint *record, const BinSamples *bin, uint block,
-                                                     Target *to)
+static __attribute__((noinline)) void block_test_any(global const uint *record, BinSamples *bin, uint block, Target *to)
 {
   for (uint part = 0; part < BLOCK_PARTS; part++) {
-    uint at = block * BLOCK_PARTS + part;
-    Vec3L kept = vec3l(bin->a[at], bin->b[at], bin->c[at]);
+    const Block *samples = &bin->blocks[block];
+    Vec3L kept = vec3l(samples->a[part], samples->b[part], samples->c[part]);
     Vec3L direction = bin->is_parallel ? bin->parallel : kept, origin = bin->is_parallel ? kept : no_origin();
     bool sheared = !bin->is_parallel && bin->axis[block] != AXIS_MIXED;
     UintL axis = sheared ? UINTL(bin->axis[block]) : dominant_axis(direction);
     for (uint kz = 0; kz < 3; kz++) {
       IntL lanes = axis == UINTL(kz);
       if (!any_lane(lanes)) continue;
-      Permuted p = triangle_permute((global const float *)record + VISIBLE_VERTEX, kz);
+      Permuted p = triangle_permute(record[VISIBLE_NUMBER], kz, to);
       ShearedRay ray = {origin.x, origin.y, origin.z, kept.x, kept.y, kept.z};
       if (!sheared) ray = shear_ray(origin, direction, kz);
-      samples_test(&p, record, &ray, lanes, bin, block, part, to);
+      if (samples_test(&p, record, &ray, lanes, bin, block, part, to)) block_measure(bin, block);
     }
   }
 }
 
 // Tries one triangle on the blocks of the bin that it may meet.
-static inline __attribute__((always_inline)) void bin_triangle(global const uint *record, const BinSamples *bin,
+static inline __attribute__((always_inline)) void bin_triangle(global const uint *record, BinSamples *bin,
                                                                float2 corner, Target *to)
 {
-  global const float *numbers = (global const float *)record, *vertex = numbers + VISIBLE_VERTEX;
+  global const float *numbers = (global const float *)record;
   global const float *edge = numbers + VISIBLE_EDGE, *bounds = numbers + VISIBLE_BOUNDS;
   // In pixels from the bin's first sample.
   float low_x = bounds[0] - corner.x, low_y = bounds[1] - corner.y, high_x = bounds[2] - corner.x,
@@ -204,8 +244,8 @@ static inline __attribute__((always_inline)) void bin_triangle(global const uint
   uint first_row = low_y > 3 ? (uint)(low_y - 3) / 4 : 0,
        last_row = high_y < RASTER_BIN_PX ? (uint)high_y / 4 : BIN_SIDE - 1;
   bool shared = bin->shared_axis != AXIS_MIXED && !bin->is_parallel;
-  Permuted p = triangle_permute(vertex, shared ? bin->shared_axis : 0);
-  float edge_y[3], base[3];
+  Permuted p = triangle_permute(record[VISIBLE_NUMBER], shared ? bin->shared_axis : 0, to);
+  float edge_y[3], base[3], near = numbers[VISIBLE_NEAR];
   FloatL along[3][BLOCK_PARTS];
   IntL beside[BLOCK_PARTS];
   for (uint part = 0; part < BLOCK_PARTS; part++) {
@@ -220,23 +260,25 @@ static inline __attribute__((always_inline)) void bin_triangle(global const uint
   for (uint row = first_row; row <= last_row; row++) {
     uint blocks = 0;
     for (uint part = 0; part < BLOCK_PARTS; part++) {
-      IntL out = beside[part];
+      IntL out = beside[part] | (FLOATL(near) > bin->farthest[row][part]);
       out = out | (along[0][part] + FLOATL(base[0] + edge_y[0] * (float)row) < FLOATL(0));
       out = out | (along[1][part] + FLOATL(base[1] + edge_y[1] * (float)row) < FLOATL(0));
       out = out | (along[2][part] + FLOATL(base[2] + edge_y[2] * (float)row) < FLOATL(0));
       blocks |= lane_bits(!out) << part * LANES;
     }
-    for (blocks &= bin->inside[row]; blocks; blocks &= blocks - 1) {
+    for (; blocks; blocks &= blocks - 1) {
       uint block = row * BIN_SIDE + lowest_bit(blocks);
       if (!shared) {
         block_test_any(record, bin, block, to);
         continue;
       }
+      const Block *samples = &bin->blocks[block];
+      bool nearer = false;
       for (uint part = 0; part < BLOCK_PARTS; part++) {
-        uint at = block * BLOCK_PARTS + part;
-        ShearedRay ray = {FLOATL(0), FLOATL(0), FLOATL(0), bin->a[at], bin->b[at], bin->c[at]};
-        samples_test(&p, record, &ray, INTL(-1), bin, block, part, to);
+        ShearedRay ray = {FLOATL(0), FLOATL(0), FLOATL(0), samples->a[part], samples->b[part], samples->c[part]};
+        nearer |= samples_test(&p, record, &ray, INTL(-1), bin, block, part, to);
       }
+      if (nearer) block_measure(bin, block);
     }
   }
 }
@@ -251,7 +293,7 @@ static inline void cost_add(global uint *sum, uint more)
 kernel void visibility_bins(constant CameraInfo *camera, constant Float2 *offsets, uint first_tile, uint tile_count,
                             uint first_sample, uint sample_count, uint columns, uint first_row, uint rows,
                             uint wave_row, uint wave_rows, global const RasterBlock *triangles, uint chunk_count,
-                            global const uint *records, global const RasterSpan *spans, global const uint *starts,
+                            global const uint *records, global const uint *spans, global const uint *starts,
                             global const ushort *lists, uint begin, float t_min, uint capacity, global float *hits,
                             global uint *hit_ids, global uint *costs, global const TriangleCorners *corners,
                             global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
@@ -259,36 +301,43 @@ kernel void visibility_bins(constant CameraInfo *camera, constant Float2 *offset
                             global const uchar4 *texels, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  Bins bins = {columns, first_row, rows};
   uint item = get_global_id(0), bin_x = item % columns, bin_y = item / columns % wave_rows + wave_row;
   uint sample = item / columns / wave_rows;
   if (sample >= sample_count) return;
   Float2 offset = offsets[first_sample + sample];
+  bool parallel = camera->orthographic;
+  Float3 eye = camera->position;
   Target to = {(global FloatL *)(hits + HIT_T * capacity),
                (global FloatL *)(hits + HIT_U * capacity),
                (global FloatL *)(hits + HIT_V * capacity),
                (global UintL *)hit_ids,
                t_min,
+               {parallel ? 0 : eye.x, parallel ? 0 : eye.y, parallel ? 0 : eye.z},
                triangles,
                &attributes,
                0,
                0};
   BinSamples bin;
+  ulong keys[SORT_CHUNKS];
   uint2 bin_px = (uint2)(bin_x, bin_y) * (uint)RASTER_BIN_PX;
   bin_make(&bin, camera, offset, bin_px, first_tile, tile_count, sample, begin, &to);
   float2 corner = (float2)((float)bin_px.x + offset.x, (float)bin_px.y + offset.y);
-  uint list = (bin_y - first_row) * columns + bin_x;
-  for (uint chunk = 0; chunk < chunk_count; chunk++) {
-    RasterSpan span = spans[chunk];
-    if (bin_x < span.first_x || bin_x >= span.end_x || bin_y < span.first_y || bin_y >= span.end_y) continue;
-    global const uint *from = records + chunk * (RASTER_CHUNK + 1) * VISIBLE_WORDS;
-    global const uint *start = starts + chunk * (bins_count(bins) + 2);
-    global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
-    for (uint i = start[list]; i < start[list + 1]; i++)
-      bin_triangle(from + numbers[i] * VISIBLE_WORDS, &bin, corner, &to);
-    for (uint i = start[bins_count(bins)]; i < start[bins_count(bins) + 1]; i++)
-      bin_triangle(from + numbers[i] * VISIBLE_WORDS, &bin, corner, &to);
+  for (uint first = 0; first < chunk_count; first += SORT_CHUNKS) {
+    uint end = min(first + SORT_CHUNKS, chunk_count);
+    uint count = bin_chunks(keys, spans, chunk_count, first, end, bin_x, bin_y);
+    for (uint i = 0; i < count; i++) {
+      if (as_float((uint)(keys[i] >> 32)) > bin_farthest(&bin)) break;
+      uint chunk = (uint)keys[i];
+      global const uint *from = records + chunk * (RASTER_CHUNK + 1) * VISIBLE_WORDS;
+      global const uint *start = starts + chunk * (columns * rows + 2);
+      global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
+      BinLists in = bin_lists(spans, chunk_count, chunk, start, bin_x, bin_y);
+      for (uint large = 0; large < 2; large++)
+        for (uint k = in.begin[large]; k < in.end[large]; k++)
+          bin_triangle(from + numbers[k] * VISIBLE_WORDS, &bin, corner, &to);
+    }
   }
+  bin_store(&bin, &to);
   cost_add(costs + RASTER_COST_TESTS, to.tests / BLOCK_PARTS);
   cost_add(costs + RASTER_COST_COVERED, to.covered);
 }

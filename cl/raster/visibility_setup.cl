@@ -3,10 +3,10 @@
 //   in    blocks, bounds    the scene's triangles (triangle_pack.cl)
 //         view, offsets     camera and sample positions; bins of rows [first_row, first_row + rows)
 //   out   records  [chunk][RASTER_CHUNK + 1][VISIBLE_WORDS], packed: triangles that may be seen
-//         spans    [chunk]
+//         spans    [SPAN_FIELDS][chunk]
 //         starts   [chunk][bins + 2], lists [chunk][RASTER_CHUNK * RASTER_LARGE_BINS]: records by bin (lib/bins.cl)
 //
-//   Cost  one work-item a chunk; 44 bytes read a triangle, 128 written for one that survives.
+//   Cost  one work-item a chunk; 44 bytes read a triangle, 64 written for one that survives.
 //   Culled: what is outside the picture or the depth range, turns a single-sided back, or lies between all samples.
 //   Each chunk has room of its own: no atomics, no scan over all, the same lists whatever the threads.
 
@@ -15,24 +15,20 @@
 
 kernel void visibility_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
                              uint chunk_count, constant RasterView *view, constant Float2 *offsets, uint sample_count,
-                             uint columns, uint first_row, uint rows, global uint *records, global RasterSpan *spans,
+                             uint columns, uint first_row, uint rows, global uint *records, global uint *spans,
                              global uint *starts, global ushort *lists)
 {
   uint chunk = get_global_id(0);
   if (chunk >= chunk_count) return;
-  Bins bins = {columns, first_row, rows};
   uint first_y = first_row * RASTER_BIN_PX, end_y = min((first_row + rows) * RASTER_BIN_PX, view->height);
-  RasterSpan span = {0, columns, first_row + rows, 0, 0};
+  BinRanges ranges;
   blocks += (first_chunk + chunk) * RASTER_CHUNK_BLOCKS;
   records += chunk * (RASTER_CHUNK + 1) * VISIBLE_WORDS;
-  starts += chunk * (bins_count(bins) + 2);
+  starts += chunk * (columns * rows + 2);
   lists += chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
-  if (!bounds_visible(&bounds[first_chunk + chunk], view, (float)first_y, (float)end_y)) {
-    spans[chunk] = span;
-    return;
-  }
-  bins_clear(starts, bins);
-  for (uint first = 0; first < RASTER_CHUNK; first += LANES) {
+  ranges_clear(&ranges);
+  uint count = bounds_visible(&bounds[first_chunk + chunk], view, (float)first_y, (float)end_y) ? RASTER_CHUNK : 0;
+  for (uint first = 0; first < count; first += LANES) {
     global const RasterBlock *block = &blocks[first / RASTER_STEP];
     uint slot = first % RASTER_STEP;
     UintL id = LANE_LOAD(block->id, slot), flags = LANE_LOAD(block->flags, slot);
@@ -45,26 +41,19 @@ kernel void visibility_setup(global const RasterBlock *blocks, global const Rast
 
     UintL fields[VISIBLE_WORDS];
     for (uint i = 0; i < 3; i++) {
-      Vec3L corner = view->parallel ? corners[i] : a[i];
-      fields[VISIBLE_VERTEX + 3 * i] = LANE_AS_UINT(corner.x);
-      fields[VISIBLE_VERTEX + 3 * i + 1] = LANE_AS_UINT(corner.y);
-      fields[VISIBLE_VERTEX + 3 * i + 2] = LANE_AS_UINT(corner.z);
       fields[VISIBLE_EDGE + 3 * i] = LANE_AS_UINT(t.edge_x[i]);
       fields[VISIBLE_EDGE + 3 * i + 1] = LANE_AS_UINT(t.edge_y[i]);
       fields[VISIBLE_EDGE + 3 * i + 2] = LANE_AS_UINT(t.edge_0[i]);
     }
-    fields[VISIBLE_ID] = id;
-    fields[VISIBLE_FLAGS] = flags;
     fields[VISIBLE_BOUNDS] = LANE_AS_UINT(t.low_x);
     fields[VISIBLE_BOUNDS + 1] = LANE_AS_UINT(t.low_y);
     fields[VISIBLE_BOUNDS + 2] = LANE_AS_UINT(t.high_x);
     fields[VISIBLE_BOUNDS + 3] = LANE_AS_UINT(t.high_y);
-    fields[VISIBLE_BINS] = bins_range(t.low_x, t.high_x, 0, columns);
-    fields[VISIBLE_BINS + 1] = bins_range(t.low_y, t.high_y, first_row, first_row + rows);
+    fields[VISIBLE_NEAR] = LANE_AS_UINT(t.near);
     fields[VISIBLE_NUMBER] = LANE_AS_UINT(INTL((int)((first_chunk + chunk) * RASTER_CHUNK + first)) + LANE_INDEX);
-    for (uint word = VISIBLE_BINS + 2; word < VISIBLE_WORDS; word++) fields[word] = UINTL(0);
-    bins_take(fields, VISIBLE_WORDS, VISIBLE_BINS, bits, records, &span, starts, bins);
+    fields[VISIBLE_FLAGS] = flags;
+    bins_take(&ranges, seen, bits, bins_range(t.low_x, t.high_x, 0, columns),
+              bins_range(t.low_y, t.high_y, first_row, first_row + rows), t.near, fields, VISIBLE_WORDS, records);
   }
-  bins_fill(starts, bins, records, VISIBLE_WORDS, VISIBLE_BINS, span.count, lists);
-  spans[chunk] = span;
+  bins_sort(&ranges, spans, chunk, chunk_count, starts, lists);
 }

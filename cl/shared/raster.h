@@ -27,30 +27,31 @@ typedef struct RasterBounds {
 } RasterBounds;
 SHARED_SIZE(RasterBounds, 24);
 
-// Where the survivors of a chunk are in one view: how many, and which bins they touch: [first, end).
-typedef struct RasterSpan {
-  uint count;
-  uint first_x, first_y, end_x, end_y;
-} RasterSpan;
-SHARED_SIZE(RasterSpan, 20);
+// Where the survivors of a chunk are in one view, structure of arrays [SPAN_FIELDS][chunks and views], and SPAN_PADDING
+// words behind it: how many, which bins they touch, [first, end), and how near.
+#define SPAN_COUNT 0
+#define SPAN_FIRST_X 1
+#define SPAN_FIRST_Y 2
+#define SPAN_END_X 3
+#define SPAN_END_Y 4
+#define SPAN_NEAR 5  // bits of a float not below 0: nothing is drawn nearer
+#define SPAN_FIELDS 6
+#define SPAN_PADDING 16
 
 // Words of a triangle's record for camera visibility (cl/raster/visibility_setup.cl).
-#define VISIBLE_VERTEX 0  // 9 floats, [corner][axis]: relative to the eye; in parallel projection world space
-#define VISIBLE_ID 9
-#define VISIBLE_FLAGS 10   // TRIANGLE_*
-#define VISIBLE_NUMBER 11  // of the triangle in the blocks
 #define VISIBLE_EDGE \
-  12  // 3 times (x, y, constant): >= 0 where a 4 x 4 block that starts at pixel sample (x, y) may be met
-#define VISIBLE_BOUNDS 21  // floats: low x, low y, high x, high y in pixels, what rounding may add included
-#define VISIBLE_BINS 25    // first x | last x << 16, the same for y
-#define VISIBLE_WORDS 32
+  0  // 3 times (x, y, constant): >= 0 where a 4 x 4 block that starts at pixel sample (x, y) may be met
+#define VISIBLE_BOUNDS 9   // floats: low x, low y, high x, high y in pixels, what rounding may add included
+#define VISIBLE_NEAR 13    // float: no hit is nearer
+#define VISIBLE_NUMBER 14  // of the triangle in the blocks
+#define VISIBLE_FLAGS 15   // TRIANGLE_*
+#define VISIBLE_WORDS 16
 
 // Words of a triangle's record for depth maps (cl/raster/depth_setup.cl). What a map shows of it is settled by
 // integers: vertices in 1/256 of a texel from the map's top left corner, turned so that the area is positive.
 #define DEPTH_VERTEX 0   // 6 ints: x, y of each corner
 #define DEPTH_PLANE 6    // floats: depth at corner 0, its growth by 1/256 of a texel along x and y
 #define DEPTH_LIMITS 9   // floats: least and greatest depth of the corners
-#define DEPTH_BINS 12    // first x | last x << 16, the same for y
 #define DEPTH_NUMBER 14  // of the triangle in the blocks
 #define DEPTH_FLAGS 15   // TRIANGLE_*, DEPTH_CLIPPED
 #define DEPTH_WORDS 16

@@ -6,7 +6,7 @@
 // The bins' way: records of triangles by chunk, and their numbers by bin (cl/lib/bins.cl).
 typedef struct RasterBins {
   DeviceBuffer records;  // [chunks][RASTER_CHUNK + 1][record_words]
-  DeviceBuffer spans;    // RasterSpan [chunks]
+  DeviceBuffer spans;    // SPAN_*, [SPAN_FIELDS][chunks], and padding
   DeviceBuffer starts;   // [chunks][bins + 2]
   DeviceBuffer lists;    // 16-bit numbers [chunks][RASTER_CHUNK * RASTER_LARGE_BINS]
 } RasterBins;

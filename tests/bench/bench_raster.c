@@ -327,12 +327,12 @@ static void sameness_check(Bench *bench)
 static double triangle_bytes(Bench *bench, const RasterBins *bins, uint32_t views, uint32_t record_words)
 {
   size_t spans = (size_t)bench->triangles.chunk_count * views;
-  RasterSpan *read = calloc(spans, sizeof *read);
+  uint32_t *read = calloc(spans, sizeof *read);
   double records = 0;
   if (!read || spans * sizeof *read > bins->spans.bytes ||
       buffer_read(bench->base.device, &bins->spans, read, spans * sizeof *read, log_of(bench)))
-    records = NAN;  // direct, or several passes
-  for (size_t i = 0; i < spans; i++) records += read[i].count;
+    records = NAN;                                        // direct, or several passes
+  for (size_t i = 0; i < spans; i++) records += read[i];  // SPAN_COUNT comes first
   free(read);
   return 44.0 * views + 8.0 * record_words * records / bench->triangles.triangle_count;
 }
