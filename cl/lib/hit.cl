@@ -13,6 +13,7 @@ static inline void hit_hold(TriangleHit *hit, FloatL t_min, const SlabAxis slab[
                             const FloatL b[3], const FloatL c[3])
 {
   FloatL enter = FLOATL(-INFINITY), leave = FLOATL(INFINITY);
+#pragma unroll
   for (uint axis = 0; axis < 3; axis++) {
     FloatL low = min_lane(min_lane(a[axis], b[axis]), c[axis]), high = max_lane(max_lane(a[axis], b[axis]), c[axis]);
     IntL backwards = slab[axis].inverse < FLOATL(0);
@@ -41,13 +42,20 @@ static inline IntL hit_is_closest(const TriangleHit *hit, IntL lanes, FloatL t_m
          ((hit->t < closest_t) | ((hit->t == closest_t) & (UINTL(id) < closest_id)));
 }
 
-// Lanes of `lanes` whose hit is more than rounding away from the ray's start, and is there where MASK cuts.
-static inline IntL hit_counts(const TriangleHit *hit, IntL lanes, uint id, uint flags,
+// Lanes of `lanes` whose hit is there where MASK cuts.
+static inline IntL hit_passes(const TriangleHit *hit, IntL lanes, uint id, uint flags,
                               const AttributeSources *attributes)
 {
-  lanes = lanes & (hit->t > hit->t_error);
 #ifdef HAS_MASK
   if (flags & TRIANGLE_MASKED) lanes = lanes & alpha_passes(attributes, id, lanes, hit->u, hit->v);
 #endif
   return lanes;
+}
+
+// Lanes of `lanes` whose hit is more than rounding away from the ray's start, and is there where MASK cuts. What is not
+// doubtful is: t_error is then at most 1.01 HIT_DOUBT t.
+static inline IntL hit_counts(const TriangleHit *hit, IntL lanes, uint id, uint flags,
+                              const AttributeSources *attributes)
+{
+  return hit_passes(hit, lanes & (hit->t > hit->t_error), id, flags, attributes);
 }

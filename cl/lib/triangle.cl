@@ -48,7 +48,7 @@ typedef struct TriangleHit {
   IntL inside;     // the line meets the triangle
   FloatL t, u, v;  // distance, weights of vertices 1 and 2; undefined where not inside
   FloatL t_error;  // bound on the error of t from all roundings but that of the shear, which vanishes at t = 0
-  IntL doubtful;   // t_error is above HIT_DOUBT of t
+  IntL doubtful;   // t_error is above HIT_DOUBT of t, or not a number
   IntL determinant_positive;  // front face, if the direction's component kz is positive
 } TriangleHit;
 
@@ -62,42 +62,73 @@ static inline FloatL max_magnitude(FloatL a, FloatL b, FloatL c)
   return max_lane(max_lane(fabs(a), fabs(b)), fabs(c));
 }
 
+// The sheared triangle and its edge functions: what tells whether the line meets it.
+typedef struct TriangleEdges {
+  FloatL ax, ay, az, bx, by, bz, cx, cy, cz;
+  FloatL u, v, w, determinant;
+  IntL inside;
+} TriangleEdges;
+
 // Vertices a, b, c as components (kx, ky, kz) in world space.
-static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, FloatL ay, FloatL az, FloatL bx,
-                                             FloatL by, FloatL bz, FloatL cx, FloatL cy, FloatL cz)
+static inline TriangleEdges triangle_edges(const ShearedRay *ray, FloatL ax, FloatL ay, FloatL az, FloatL bx, FloatL by,
+                                           FloatL bz, FloatL cx, FloatL cy, FloatL cz)
+{
+  TriangleEdges e;
+  e.az = az - ray->origin_z;
+  e.bz = bz - ray->origin_z;
+  e.cz = cz - ray->origin_z;
+  e.ax = ax - ray->origin_x - ray->shear_x * e.az;
+  e.ay = ay - ray->origin_y - ray->shear_y * e.az;
+  e.bx = bx - ray->origin_x - ray->shear_x * e.bz;
+  e.by = by - ray->origin_y - ray->shear_y * e.bz;
+  e.cx = cx - ray->origin_x - ray->shear_x * e.cz;
+  e.cy = cy - ray->origin_y - ray->shear_y * e.cz;
+  e.u = e.cx * e.by - e.cy * e.bx;
+  e.v = e.ax * e.cy - e.ay * e.cx;
+  e.w = e.bx * e.ay - e.by * e.ax;
+  FloatL zero = FLOATL(0);
+  e.determinant = e.u + e.v + e.w;
+  FloatL least = min_lane(min_lane(e.u, e.v), e.w), greatest = max_lane(max_lane(e.u, e.v), e.w);
+  e.inside = ((least >= zero) | (greatest <= zero)) & (e.determinant != zero);
+  return e;
+}
+
+// The hit as far as hit_is_closest needs it.
+static inline TriangleHit triangle_distance(const TriangleEdges *e, const ShearedRay *ray)
 {
   TriangleHit hit;
-  az -= ray->origin_z;
-  bz -= ray->origin_z;
-  cz -= ray->origin_z;
-  ax = ax - ray->origin_x - ray->shear_x * az;
-  ay = ay - ray->origin_y - ray->shear_y * az;
-  bx = bx - ray->origin_x - ray->shear_x * bz;
-  by = by - ray->origin_y - ray->shear_y * bz;
-  cx = cx - ray->origin_x - ray->shear_x * cz;
-  cy = cy - ray->origin_y - ray->shear_y * cz;
-  FloatL u = cx * by - cy * bx;
-  FloatL v = ax * cy - ay * cx;
-  FloatL w = bx * ay - by * ax;
-  FloatL zero = FLOATL(0);
-  FloatL determinant = u + v + w;
-  hit.inside =
-      (((u >= zero) & (v >= zero) & (w >= zero)) | ((u <= zero) & (v <= zero) & (w <= zero))) & (determinant != zero);
-  FloatL weighted = u * az + v * bz + w * cz;
-  hit.t = weighted * ray->shear_z / determinant;
-  hit.u = v / determinant;
-  hit.v = w / determinant;
-  hit.determinant_positive = determinant > zero;
+  FloatL weighted = e->u * e->az + e->v * e->bz + e->w * e->cz;
+  hit.inside = e->inside;
+  hit.t = weighted * ray->shear_z / e->determinant;
+  hit.determinant_positive = e->determinant > FLOATL(0);
+  return hit;
+}
+
+// The rest of it.
+static inline void triangle_complete(TriangleHit *hit, const TriangleEdges *e, const ShearedRay *ray)
+{
+  FloatL weighted = e->u * e->az + e->v * e->bz + e->w * e->cz;
+  hit->u = e->v / e->determinant;
+  hit->v = e->w / e->determinant;
 
   // Each sheared coordinate is off by 2 (|x| + |z|) roundings, each product of an edge function by one and both by
   // their factors' errors; t is a mean of az, bz, cz weighted by edge functions over their sum, so that an error of
   // these counts by the distance of az, bz, cz from it.
-  FloatL x = max_magnitude(ax, bx, cx), y = max_magnitude(ay, by, cy), z = max_magnitude(az, bz, cz);
+  FloatL x = max_magnitude(e->ax, e->bx, e->cx), y = max_magnitude(e->ay, e->by, e->cy),
+         z = max_magnitude(e->az, e->bz, e->cz);
   FloatL edge = FLOATL(12) * x * y + FLOATL(4) * z * (x + y);
-  FloatL depth = max_lane(max_lane(az, bz), cz) - min_lane(min_lane(az, bz), cz);
-  hit.t_error = FLOATL(ROUNDING) * fabs(ray->shear_z) *
-                (FLOATL(6) * z + FLOATL(3) * edge * depth / max_lane(fabs(determinant), FLOATL(1e-37f)));
-  hit.doubtful =
-      FLOATL(6) * z * fabs(determinant) + FLOATL(3) * edge * depth > fabs(weighted) * FLOATL(HIT_DOUBT / ROUNDING);
+  FloatL depth = max_lane(max_lane(e->az, e->bz), e->cz) - min_lane(min_lane(e->az, e->bz), e->cz);
+  hit->t_error = FLOATL(ROUNDING) * fabs(ray->shear_z) *
+                 (FLOATL(6) * z + FLOATL(3) * edge * depth / max_lane(fabs(e->determinant), FLOATL(1e-37f)));
+  hit->doubtful = !(FLOATL(6) * z * fabs(e->determinant) + FLOATL(3) * edge * depth <=
+                    fabs(weighted) * FLOATL(HIT_DOUBT / ROUNDING));
+}
+
+static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, FloatL ay, FloatL az, FloatL bx,
+                                             FloatL by, FloatL bz, FloatL cx, FloatL cy, FloatL cz)
+{
+  TriangleEdges edges = triangle_edges(ray, ax, ay, az, bx, by, bz, cx, cy, cz);
+  TriangleHit hit = triangle_distance(&edges, ray);
+  triangle_complete(&hit, &edges, ray);
   return hit;
 }

@@ -34,9 +34,10 @@ typedef struct BinSamples {
   FloatL farthest[BIN_SIDE][BLOCK_PARTS];  // t of each block, [row][column]; -1 outside the wave
   uint target[BIN_BLOCKS];                 // where the first part of each block goes
   uchar axis[BIN_BLOCKS];
-  uint inside[BIN_SIDE];  // blocks of a row that belong to the wave, a bit each
-  uint shared_axis;       // of all blocks, else AXIS_MIXED
-  Vec3L parallel;         // the direction of all rays in parallel projection
+  uint inside[BIN_SIDE];   // blocks of a row that belong to the wave, a bit each
+  uint changed[BIN_SIDE];  // those that were drawn into since they were measured
+  uint shared_axis;        // of all blocks, else AXIS_MIXED
+  Vec3L parallel;          // the direction of all rays in parallel projection
   bool is_parallel;
   constant CameraInfo *camera;
   Float2 offset;
@@ -55,13 +56,13 @@ typedef struct Target {
 
 static inline Vec3L no_origin(void) { return vec3l(FLOATL(0), FLOATL(0), FLOATL(0)); }
 
-static inline void block_make(BinSamples *bin, uint block, constant CameraInfo *camera, Float2 offset, uint tile,
-                              uint within, bool begin, const Target *from)
+static inline void block_make(BinSamples *bin, uint block, constant CameraInfo *camera, Float2 offset, uint2 px,
+                              bool begin, const Target *from)
 {
   Block *out = &bin->blocks[block];
   for (uint part = 0; part < BLOCK_PARTS; part++) {
-    UintL x, y;
-    tile_pixels(&x, &y, tile, within + part * LANES, camera->tiles_per_row);
+    IntL lane = INTL((int)(part * LANES)) + LANE_INDEX;
+    UintL x = UINTL(px.x) + LANE_AS_UINT(lane & INTL(3)), y = UINTL(px.y) + LANE_AS_UINT(lane >> INTL(2));
     CameraRay ray = camera_ray(camera, x, y, offset);
     Vec3L kept = bin->is_parallel ? ray.origin : ray.direction;
     UintL axis = dominant_axis(ray.direction);
@@ -84,7 +85,7 @@ static inline void block_make(BinSamples *bin, uint block, constant CameraInfo *
   }
 }
 
-// Takes down how far the farthest sample of a block is.
+// Takes down how far the farthest sample of a block is: when the bin begins and for those that a chunk has changed.
 static inline void block_measure(BinSamples *bin, uint block)
 {
   FloatL t = bin->blocks[block].t[0];
@@ -92,8 +93,13 @@ static inline void block_measure(BinSamples *bin, uint block)
   ((float *)bin->farthest)[block] = greatest_lane(t);
 }
 
-static inline float bin_farthest(const BinSamples *bin)
+static inline float bin_farthest(BinSamples *bin)
 {
+  for (uint row = 0; row < BIN_SIDE; row++) {
+    for (; bin->changed[row]; bin->changed[row] &= bin->changed[row] - 1)
+      block_measure(bin, row * BIN_SIDE + lowest_bit(bin->changed[row]));
+  }
+
   const FloatL *rows = &bin->farthest[0][0];
   FloatL t = rows[0];
   for (uint i = 1; i < BIN_SIDE * BLOCK_PARTS; i++) t = max_lane(t, rows[i]);
@@ -111,7 +117,7 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
   bin->parallel = broadcast3(camera->forward);
   bin->shared_axis = AXIS_MIXED;
   for (uint row = 0; row < BIN_SIDE; row++) {
-    bin->inside[row] = 0;
+    bin->inside[row] = bin->changed[row] = 0;
     for (uint part = 0; part < BLOCK_PARTS; part++) bin->farthest[row][part] = FLOATL(-1);
     for (uint column = 0; column < BIN_SIDE; column++) {
       uint block = row * BIN_SIDE + column;
@@ -120,7 +126,7 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
       if (tile_at.x >= camera->tiles_per_row || tile < first_tile || tile >= first_tile + tile_count) continue;
       bin->inside[row] |= 1u << column;
       bin->target[block] = ((tile - first_tile + sample * tile_count) * TILE_PIXELS + within) / LANES;
-      block_make(bin, block, camera, offset, tile, within, begin, from);
+      block_make(bin, block, camera, offset, px, begin, from);
       block_measure(bin, block);
       bin->shared_axis = !any || bin->axis[block] == bin->shared_axis ? bin->axis[block] : AXIS_MIXED;
       any = true;
@@ -171,44 +177,47 @@ static __attribute__((noinline)) void samples_hold(TriangleHit *hit, uint number
                             slab_axis(ray.origin.z, ray.direction.z)};
   global const RasterBlock *triangles = &to->triangles[number / RASTER_STEP];
   FloatL vertex[3][3];
+#pragma unroll
   for (uint corner = 0; corner < 3; corner++)
+#pragma unroll
     for (uint axis = 0; axis < 3; axis++)
       vertex[corner][axis] = FLOATL(triangles->vertex[corner][axis][number % RASTER_STEP]);
   hit_hold(hit, FLOATL(to->t_min), slab, vertex[0], vertex[1], vertex[2]);
 }
 
-// Tries a triangle on the lanes of `lanes` of part of a block. Returns whether it is the nearest anywhere.
-static inline __attribute__((always_inline)) bool samples_test(const Permuted *p, global const uint *record,
+// Tries a triangle on the lanes of `lanes` of part of a block.
+static inline __attribute__((always_inline)) void samples_test(const Permuted *p, global const uint *record,
                                                                const ShearedRay *ray, IntL lanes, BinSamples *bin,
                                                                uint block, uint part, Target *to)
 {
   Block *samples = &bin->blocks[block];
   uint number = record[VISIBLE_NUMBER], flags = record[VISIBLE_FLAGS];
   to->tests++;
-  TriangleHit hit =
-      triangle_intersect(ray, FLOATL(p->a[0]), FLOATL(p->a[1]), FLOATL(p->a[2]), FLOATL(p->b[0]), FLOATL(p->b[1]),
-                         FLOATL(p->b[2]), FLOATL(p->c[0]), FLOATL(p->c[1]), FLOATL(p->c[2]));
-  if (!any_lane(hit.inside)) return false;
+  TriangleEdges edges =
+      triangle_edges(ray, FLOATL(p->a[0]), FLOATL(p->a[1]), FLOATL(p->a[2]), FLOATL(p->b[0]), FLOATL(p->b[1]),
+                     FLOATL(p->b[2]), FLOATL(p->c[0]), FLOATL(p->c[1]), FLOATL(p->c[2]));
+  if (!any_lane(edges.inside)) return;
+  TriangleHit hit = triangle_distance(&edges, ray);
   uint id = to->triangles[number / RASTER_STEP].id[number % RASTER_STEP];
   FloatL t = samples->t[part];
   UintL ids = samples->ids[part];
   IntL positive_kz = ray->shear_z > FLOATL(0);
   IntL wins = hit_is_closest(&hit, lanes, FLOATL(to->t_min), t, ids, id, flags, positive_kz);
-  if (!any_lane(wins)) return false;
-  if (any_lane(wins & hit.doubtful)) {
+  if (!any_lane(wins)) return;
+  triangle_complete(&hit, &edges, ray);
+  if (any_lane(wins & (hit.doubtful | !(hit.t < FLOATL(INFINITY))))) {
     TriangleHit held = hit;  // a copy, so that the usual hit stays in registers
     samples_hold(&held, number, bin, block, part, to);
     hit = held;
-    wins = hit_is_closest(&hit, lanes, FLOATL(to->t_min), t, ids, id, flags, positive_kz);
+    wins = hit_is_closest(&hit, lanes, FLOATL(to->t_min), t, ids, id, flags, positive_kz) & (hit.t > hit.t_error);
   }
-  wins = hit_counts(&hit, wins, id, flags, to->attributes);
-  if (!any_lane(wins)) return false;
+  wins = hit_passes(&hit, wins, id, flags, to->attributes);
   to->covered += (uint)popcount(lane_bits(wins));
   samples->t[part] = wins ? hit.t : t;
   samples->ids[part] = wins ? UINTL(id) : ids;
   samples->u[part] = wins ? hit.u : samples->u[part];
   samples->v[part] = wins ? hit.v : samples->v[part];
-  return true;
+  bin->changed[block / BIN_SIDE] |= 1u << block % BIN_SIDE;
 }
 
 // A block of any kind of rays: those of parallel projection, and those that do not share their dominant axis.
@@ -226,7 +235,7 @@ static __attribute__((noinline)) void block_test_any(global const uint *record, 
       Permuted p = triangle_permute(record[VISIBLE_NUMBER], kz, to);
       ShearedRay ray = {origin.x, origin.y, origin.z, kept.x, kept.y, kept.z};
       if (!sheared) ray = shear_ray(origin, direction, kz);
-      if (samples_test(&p, record, &ray, lanes, bin, block, part, to)) block_measure(bin, block);
+      samples_test(&p, record, &ray, lanes, bin, block, part, to);
     }
   }
 }
@@ -273,12 +282,10 @@ static inline __attribute__((always_inline)) void bin_triangle(global const uint
         continue;
       }
       const Block *samples = &bin->blocks[block];
-      bool nearer = false;
       for (uint part = 0; part < BLOCK_PARTS; part++) {
         ShearedRay ray = {FLOATL(0), FLOATL(0), FLOATL(0), samples->a[part], samples->b[part], samples->c[part]};
-        nearer |= samples_test(&p, record, &ray, INTL(-1), bin, block, part, to);
+        samples_test(&p, record, &ray, INTL(-1), bin, block, part, to);
       }
-      if (nearer) block_measure(bin, block);
     }
   }
 }
