@@ -12,7 +12,7 @@ from scene_parts.glb import Glb, Mesh
 from scene_parts.solid import arc, bevelled_box, box, lathe
 from scene_parts.surfaces import checker, floor_uv
 
-CELL_70K_M, CELL_870K_M = 0.00928, 0.002662
+CELLS_M = {"bust_70k": 0.00928, "bust_870k": 0.002662, "bust_300k": 0.00448}
 BRICK = 16  # cells along the side of a block that knows which parts can reach it
 BOTTOM_M = 0.05
 _STEP = (1, 1 << 12, 1 << 24)  # a grid corner (i, j, k) has the key i + j * 2^12 + k * 2^24, offset to be positive
