@@ -11,94 +11,11 @@
 
 #include <cmocka.h>
 
-#include "passes/raster_depth.h"
 #include "shared/bvh.h"
-#include "shared/depth_map.h"
 #include "shared/stream.h"
+#include "support/map_fixture.h"
 #include "support/oracle_scene.h"
-#include "support/raster_fixture.h"
 #include "support/scene_build.h"
-
-static const RasterOptions usual;
-
-// A map's view in rows: x, y, depth and w of a position before division.
-static RasterView view_of_rows(const double rows[4][4], Vec3 origin, uint32_t size, double least_w)
-{
-  Mat4 m;
-  for (int row = 0; row < 4; row++)
-    for (int column = 0; column < 4; column++) m.m[4 * column + row] = rows[row][column];
-  return raster_view_of_map(&m, origin, size, least_w);
-}
-
-// World x, y and z in [0, 1] are the map's own.
-static RasterView view_flat(uint32_t size)
-{
-  static const double rows[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
-  return view_of_rows(rows, vec3(0, 0, 0), size, 0);
-}
-
-// A face of a cube around `eye`: w is the distance along axis face / 2, depth is 1 - near / w.
-static RasterView view_of_face(int face, Vec3 eye, uint32_t size, double near_m)
-{
-  double rows[4][4] = {{0}}, sign = face % 2 ? -1 : 1, e[3] = {eye.x, eye.y, eye.z};
-  int z = face / 2, x = (z + 1) % 3, y = (z + 2) % 3;
-  rows[3][z] = sign;
-  rows[0][x] = rows[1][y] = 0.5;
-  rows[0][z] = rows[1][z] = 0.5 * sign;
-  rows[2][z] = sign;
-  for (int row = 0; row < 4; row++)
-    for (int axis = 0; axis < 3; axis++) rows[row][3] -= rows[row][axis] * e[axis];
-  rows[2][3] -= near_m;
-  return view_of_rows(rows, eye, size, near_m / 2);
-}
-
-// Draws the views of a fixture's scene; out is [view][y][x].
-static float *maps_draw(RasterFixture *fixture, const RasterView *views, uint32_t view_count, RasterVariant variant,
-                        const RasterOptions *options)
-{
-  RasterDepth raster;
-  RasterOptions all = *options;
-  Device *device = raster_device(variant);
-  uint32_t size = views[0].width;
-  size_t texels = (size_t)size * size;
-  all.way = variant == RASTER_DIRECT_1 ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
-  raster_assert_ok(
-      raster_depth_make(&raster, device, &fixture->scene, &fixture->triangles, size, view_count, &all, &raster_log));
-  raster_assert_ok(raster_depth(&raster, device, &fixture->scene, &fixture->triangles, views, view_count, &raster_log));
-  float *blocks = oracle_array(texels * view_count, sizeof *blocks),
-        *rows = oracle_array(texels * view_count, sizeof *rows);
-  raster_assert_ok(buffer_read(device, &raster.maps, blocks, texels * view_count * sizeof *blocks, &raster_log));
-  for (uint32_t view = 0; view < view_count; view++)
-    for (uint32_t y = 0; y < size; y++)
-      for (uint32_t x = 0; x < size; x++)
-        rows[view * texels + (size_t)y * size + x] = blocks[view * texels + depth_map_index(x, y, size)];
-  raster_depth_free(&raster);
-  free(blocks);
-  return rows;
-}
-
-// The maps by the first variant; fails unless all give the same bytes.
-static float *maps_by_all(RasterFixture *fixture, const RasterView *views, uint32_t view_count)
-{
-  size_t bytes = (size_t)views[0].width * views[0].width * view_count * sizeof(float);
-  float *maps = maps_draw(fixture, views, view_count, RASTER_BINS_16, &usual);
-  for (int variant = RASTER_BINS_8; variant < RASTER_VARIANTS; variant++) {
-    float *other = maps_draw(fixture, views, view_count, (RasterVariant)variant, &usual);
-    if (memcmp(maps, other, bytes)) fail_msg("%s: not the same map", raster_variant_names[variant]);
-    free(other);
-  }
-  return maps;
-}
-
-// The same for a soup, which it frees.
-static float *soup_maps(Soup *soup, const RasterView *views, uint32_t view_count)
-{
-  RasterFixture fixture;
-  raster_fixture_of_soup(&fixture, soup);
-  float *maps = maps_by_all(&fixture, views, view_count);
-  raster_fixture_free(&fixture);
-  return maps;
-}
 
 // Does a triangle with corners in 1/256 of a texel have the centre of texel (x, y)? The top-left rule, y downwards.
 static bool covers(const int64_t corners[3][2], int64_t x, int64_t y)
@@ -179,8 +96,8 @@ static void coverage_is_exact(void **state)
       exact_random(&triangles[i], &random, true);
     exact_add(&soup, &triangles[i]);
   }
-  RasterView view = view_flat(SIZE);
-  float *map = soup_maps(&soup, &view, 1);
+  RasterView view = map_view_flat(SIZE);
+  float *map = maps_of_soup(&soup, &view, 1);
   uint32_t wrong = 0, covered = 0;
   for (int y = 0; y < SIZE; y++) {
     for (int x = 0; x < SIZE; x++) {
@@ -208,8 +125,8 @@ static void depth_is_the_planes(void **state)
     Soup soup = {0};
     exact_random(&t, &random, false);
     exact_add(&soup, &t);
-    RasterView view = view_flat(SIZE);
-    float *map = soup_maps(&soup, &view, 1);
+    RasterView view = map_view_flat(SIZE);
+    float *map = maps_of_soup(&soup, &view, 1);
     const double dx1 = (double)(t.corners[1][0] - t.corners[0][0]), dy1 = (double)(t.corners[1][1] - t.corners[0][1]);
     const double dx2 = (double)(t.corners[2][0] - t.corners[0][0]), dy2 = (double)(t.corners[2][1] - t.corners[0][1]);
     const double rise1 = (double)t.depth[1] - t.depth[0], rise2 = (double)t.depth[2] - t.depth[0],
@@ -241,7 +158,7 @@ static void texels_of_a_fan_belong_to_one_blade_each(void **state)
 {
   enum { BLADES = 48 };
   float *maps[2];
-  RasterView view = view_flat(SIZE);
+  RasterView view = map_view_flat(SIZE);
   for (int order = 0; order < 2; order++) {
     Soup soup = {0};
     for (int i = 0; i < BLADES; i++) {
@@ -255,7 +172,7 @@ static void texels_of_a_fan_belong_to_one_blade_each(void **state)
       for (int k = 0; k < 3; k++) t.depth[k] = (float)(order ? BLADES - i : i + 1) / 64;
       exact_add(&soup, &t);
     }
-    maps[order] = soup_maps(&soup, &view, 1);
+    maps[order] = maps_of_soup(&soup, &view, 1);
   }
   uint32_t covered = 0;
   for (int i = 0; i < SIZE * SIZE; i++) {
@@ -277,7 +194,7 @@ static void cube_within_a_mesh_has_no_crack(void **state)
   static const float center[3] = {0, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
   const Vec3 eye = vec3(0.31, -0.22, 0.13);
   RasterView views[6];
-  for (int face = 0; face < 6; face++) views[face] = view_of_face(face, eye, CUBE, 0.05);
+  for (int face = 0; face < 6; face++) views[face] = map_view_of_face(face, eye, CUBE, 0.05);
   for (int mesh = 0; mesh < 3; mesh++) {
     Soup soup = {0};
     if (mesh == 0) soup_sphere(&soup, 40, 1, center, 0.2f);
@@ -289,7 +206,7 @@ static void cube_within_a_mesh_has_no_crack(void **state)
     for (int i = 0; i < 6 * CUBE * CUBE; i++)
       if (!(maps[i] < 1)) fail_msg("mesh %d: texel %d shows nothing", mesh, i);
     for (int face = 0; face < 6; face++) {
-      float *alone = maps_draw(&fixture, &views[face], 1, RASTER_BINS_16, &usual);
+      float *alone = maps_draw(&fixture, &views[face], 1, RASTER_BINS_16, NULL);
       assert_memory_equal(alone, maps + face * CUBE * CUBE, CUBE * CUBE * sizeof *alone);
       free(alone);
     }
@@ -309,13 +226,13 @@ static void plane_under_the_eye_is_drawn_to_the_horizon(void **state)
 {
   const Vec3 eye = vec3(0.3, 1, -0.2);
   const double near_m = 0.01;
-  RasterView view = view_of_face(5, eye, SIZE, near_m);  // along -z; x to the right, y downwards in the map
+  RasterView view = map_view_of_face(5, eye, SIZE, near_m);  // along -z; x to the right, y downwards in the map
   Soup soup = {0};
   uint32_t a = soup_vertex(&soup, -1e4f, 0, -1e4f), b = soup_vertex(&soup, 1e4f, 0, -1e4f);
   uint32_t c = soup_vertex(&soup, 1e4f, 0, 1e4f), d = soup_vertex(&soup, -1e4f, 0, 1e4f);
   soup_triangle(&soup, a, b, c);
   soup_triangle(&soup, a, c, d);
-  float *map = soup_maps(&soup, &view, 1);
+  float *map = maps_of_soup(&soup, &view, 1);
   for (int y = 0; y < SIZE; y++) {
     for (int x = 0; x < SIZE; x++) {
       // map y = (y / w + 1) / 2 with y along +y: the lower half of the world is the upper half of the map
@@ -336,13 +253,13 @@ static void caster_before_the_near_plane_is_drawn_at_0(void **state)
                 soup_vertex(&soup, -1, 3, -0.5f));
   soup_triangle(&soup, soup_vertex(&soup, -1, -1, 1.5f), soup_vertex(&soup, 3, -1, 1.5f),
                 soup_vertex(&soup, -1, 3, 1.5f));
-  RasterView view = view_flat(64);
-  float *map = soup_maps(&soup, &view, 1);
+  RasterView view = map_view_flat(64);
+  float *map = maps_of_soup(&soup, &view, 1);
   for (int i = 0; i < 64 * 64; i++) assert_true(map[i] == 0);
   free(map);
   soup_triangle(&soup, soup_vertex(&soup, -1, -1, 1.5f), soup_vertex(&soup, 3, -1, 1.5f),
                 soup_vertex(&soup, -1, 3, 1.5f));
-  map = soup_maps(&soup, &view, 1);
+  map = maps_of_soup(&soup, &view, 1);
   for (int i = 0; i < 64 * 64; i++) assert_true(map[i] == 1);  // beyond the far plane
   free(map);
 }
@@ -353,8 +270,8 @@ static void triangles_larger_than_the_range_are_clipped(void **state)
   Soup soup = {0};
   soup_triangle(&soup, soup_vertex(&soup, -1e6f, -1e6f, 0.25f), soup_vertex(&soup, 2e6f, 0.5f, 0.25f),
                 soup_vertex(&soup, -1e6f, 0.5f, 0.25f));
-  RasterView view = view_flat(64);
-  float *map = soup_maps(&soup, &view, 1);
+  RasterView view = map_view_flat(64);
+  float *map = maps_of_soup(&soup, &view, 1);
   for (int y = 0; y < 64; y++)
     for (int x = 0; x < 64; x++) assert_true(map[64 * y + x] == (y < 32 ? 0.25f : 1));
   free(map);
@@ -371,7 +288,7 @@ static void map_shows_what_rays_hit(void **state)
   camera.zfar_m = far_m;
   const double rows[4][4] = {
       {0.5 / half, 0, 0, 0.5}, {0, -0.5 / half, 0, 0.5}, {0, 0, -1 / far_m, 2 / far_m}, {0, 0, 0, 1}};
-  RasterView view = view_of_rows(rows, vec3(0, 0, 2), TEXELS, 0);
+  RasterView view = map_view_of_rows(rows, vec3(0, 0, 2), TEXELS, 0);
   for (int masked = 0; masked < 2; masked++) {
     Soup soup = {0};
     soup_random(&soup, 600, 1, 0.6f, 29);
@@ -412,7 +329,7 @@ static void sizes_that_do_not_fit_are_refused(void **state)
     RasterDepth raster;
     Log log = {0};
     Status status = raster_depth_make(&raster, raster_device(RASTER_BINS_16), &fixture.scene, &fixture.triangles,
-                                      sizes[i], 1, &usual, &log);
+                                      sizes[i], 1, &(RasterOptions){0}, &log);
     assert_int_equal(status, STATUS_USAGE);
     assert_non_null(strstr(log.error, "multiple of 4"));
   }
