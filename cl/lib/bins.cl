@@ -144,6 +144,9 @@ static inline uint bin_chunks(ulong *keys, global const uint *spans, uint item_c
   return count;
 }
 
+// A record that will be drawn soon: this many after the one at hand, in the list or behind it, which has room for them.
+#define PREFETCH_RECORDS 6
+
 // The lists of a bin in a chunk.
 typedef struct BinLists {
   uint begin[2], end[2];

@@ -29,6 +29,9 @@
 #if __has_builtin(__builtin_reduce_or)
 #define HAS_REDUCTION
 #endif
+#if LANES > 1 && __has_builtin(__builtin_prefetch)
+#define HAS_PREFETCH
+#endif
 #if LANES == 16 && defined(__AVX512DQ__) && __has_builtin(__builtin_ia32_cvtd2mask512)
 #define HAS_MASK_REGISTERS
 #endif
@@ -96,6 +99,13 @@ static inline uint lane_bits(IntL mask)
   return bits;
 #endif
 }
+
+// Asks for the cache line of an address that will be read soon.
+#ifdef HAS_PREFETCH
+#define PREFETCH(pointer) __builtin_prefetch((const void *)(size_t)(pointer))
+#else
+#define PREFETCH(pointer)
+#endif
 
 // Index of the lowest set bit.
 static inline uint lowest_bit(uint bits) { return 31 - clz(bits & -bits); }

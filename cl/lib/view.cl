@@ -49,6 +49,14 @@ static inline bool bounds_meet(global const RasterBounds *bounds, constant Raste
   return true;
 }
 
+// Asks for a block that will be set up soon: this many after the one at hand.
+#define PREFETCH_BLOCKS 3
+
+static inline void block_prefetch(global const RasterBlock *block)
+{
+  for (uint i = 0; i < sizeof(RasterBlock); i += 64) PREFETCH((global const char *)block + i);
+}
+
 // Vertices of LANES triangles of a chunk, from number `first` on, relative to the view's origin.
 static inline void triangles_load(Vec3L corners[3], Vec3L relative[3], global const RasterBlock *blocks, uint first,
                                   constant RasterView *view)

@@ -185,6 +185,7 @@ kernel void depth_bins(global const RasterBlock *blocks, constant RasterView *vi
       for (uint large = 0; large < 2; large++) {
         for (uint k = in.begin[large]; k < in.end[large]; k++) {
           global const uint *record = from + numbers[k] * DEPTH_WORDS;
+          PREFETCH(from + numbers[k + PREFETCH_RECORDS] * DEPTH_WORDS);
           if (record[DEPTH_FLAGS] & DEPTH_CLIPPED)
             record_draw_clipped(record, &to);
           else

@@ -29,6 +29,7 @@ kernel void depth_setup(global const RasterBlock *blocks, global const RasterBou
   uint count = bounds_on_map(&bounds[chunk], view) ? RASTER_CHUNK : 0;
   for (uint first = 0; first < count; first += LANES) {
     global const RasterBlock *block = &blocks[first / RASTER_STEP];
+    block_prefetch(block + PREFETCH_BLOCKS);
     UintL flags = LANE_LOAD(block->flags, first % RASTER_STEP), id = LANE_LOAD(block->id, first % RASTER_STEP);
     Vec3L corners[3], a[3];
     triangles_load(corners, a, blocks, first, view);

@@ -340,8 +340,10 @@ kernel void visibility_bins(constant CameraInfo *camera, constant Float2 *offset
       global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
       BinLists in = bin_lists(spans, chunk_count, chunk, start, bin_x, bin_y);
       for (uint large = 0; large < 2; large++)
-        for (uint k = in.begin[large]; k < in.end[large]; k++)
+        for (uint k = in.begin[large]; k < in.end[large]; k++) {
+          PREFETCH(from + numbers[k + PREFETCH_RECORDS] * VISIBLE_WORDS);
           bin_triangle(from + numbers[k] * VISIBLE_WORDS, &bin, corner, &to);
+        }
     }
   }
   bin_store(&bin, &to);

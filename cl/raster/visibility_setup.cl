@@ -30,6 +30,7 @@ kernel void visibility_setup(global const RasterBlock *blocks, global const Rast
   uint count = bounds_visible(&bounds[first_chunk + chunk], view, (float)first_y, (float)end_y) ? RASTER_CHUNK : 0;
   for (uint first = 0; first < count; first += LANES) {
     global const RasterBlock *block = &blocks[first / RASTER_STEP];
+    block_prefetch(block + PREFETCH_BLOCKS);
     uint slot = first % RASTER_STEP;
     UintL id = LANE_LOAD(block->id, slot), flags = LANE_LOAD(block->flags, slot);
     Vec3L corners[3], a[3];

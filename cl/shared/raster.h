@@ -38,6 +38,8 @@ SHARED_SIZE(RasterBounds, 24);
 #define SPAN_FIELDS 6
 #define SPAN_PADDING 16
 
+#define LIST_PADDING 16  // numbers behind the last chunk's lists
+
 // Words of a triangle's record for camera visibility (cl/raster/visibility_setup.cl).
 #define VISIBLE_EDGE \
   0  // 3 times (x, y, constant): >= 0 where a 4 x 4 block that starts at pixel sample (x, y) may be met

@@ -10,7 +10,7 @@ Status raster_bins_make(RasterBins *out, Device *device, size_t chunks, uint32_t
   size_t list_bytes = RASTER_CHUNK * RASTER_LARGE_BINS * sizeof(uint16_t);
   TRY(buffer_create(&made.records, device, chunks * record_bytes, NULL, "raster triangles", log));
   TRY(buffer_create(&made.spans, device, (chunks * SPAN_FIELDS + SPAN_PADDING) * sizeof(uint32_t), NULL, "raster triangles", log));
-  TRY(buffer_create(&made.lists, device, chunks * list_bytes, NULL, "raster bins", log));
+  TRY(buffer_create(&made.lists, device, chunks * list_bytes + LIST_PADDING * sizeof(uint16_t), NULL, "raster bins", log));
   *out = made;
   made = (RasterBins){0};
 
