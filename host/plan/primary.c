@@ -15,13 +15,13 @@ typedef struct PrimaryModel {
   PassModel raster, rays;
 } PrimaryModel;
 
-// Fitted to room, chrome, colonnade, field and five of the shared models (600 to 10^6 triangles) from 160 x 90 to
-// 1920 x 1080 at 1 and 4 samples: processor time of PoCL on a Zen 5, by two cores; relative errors squared, weighted by
-// triangles a pixel. Nine of ten predictions are within a factor of two of what was measured; of 60 choices 54 are
-// right, and all together take 2 % longer than the best would.
+// Fitted to room, chrome, colonnade, field, a bust of 313 k triangles and seven of the shared models (680 to 10^6
+// triangles) from 160 x 90 to 1920 x 1080 at 1 and 4 samples: processor time of PoCL on a Zen 5, by two cores; squares
+// of the logarithms of predicted to measured. Nearly nine of ten predictions are within a factor of two of what was
+// measured; of 108 choices 96 are right, and all together take 0.8 % longer than the best would.
 static const PrimaryModel cpu_model = {
-    .raster = {.triangle = 6.2e-7, .edge = 2.23e-5, .pixel = 2.9e-7},
-    .rays = {.edge = 2.74e-5, .pixel = 2.6e-6},
+    .raster = {.triangle = 4.8e-6, .edge = 1.34e-5, .pixel = 4.9e-7},
+    .rays = {.edge = 2.6e-5, .pixel = 1.38e-6},
 };
 
 // From what room, colonnade, field and a hall of 743 k triangles took on an H100 at 640 x 360 and 1920 x 1080, packing
