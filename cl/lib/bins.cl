@@ -1,8 +1,8 @@
 // Sorting a chunk's records into bins of RASTER_BIN_PX pixels: count, scan, fill, by the one work-item that made them;
 // and the chunks that touch a bin, nearest first.
 //
-// A chunk has lists for the bins of its span alone: list (y - first_y) * (end_x - first_x) + x - first_x, and behind them
-// that of large triangles. `starts` belongs to the chunk. Counts go one place up, so that after the fill list b is
+// A chunk has lists for the bins of its span alone: list (y - first_y) * (end_x - first_x) + x - first_x, and behind
+// them that of large triangles. `starts` belongs to the chunk. Counts go one place up, so that after the fill list b is
 // [starts[b], starts[b + 1]) (counting sort's usual shift).
 
 #include "lib/transpose.cl"
@@ -27,8 +27,8 @@ static inline void ranges_clear(BinRanges *ranges)
   ranges->near = FLOATL(INFINITY);
 }
 
-// Appends the lanes of `seen` (which `bits` are, and which are some) to the chunk's records, `words` words each. `x` and
-// `y` are their ranges of bins; nothing of them is nearer than `near`. `fields` is used up.
+// Appends the lanes of `seen` (which `bits` are, and which are some) to the chunk's records, `words` words each. `x`
+// and `y` are their ranges of bins; nothing of them is nearer than `near`. `fields` is used up.
 static inline __attribute__((always_inline)) void bins_take(BinRanges *ranges, IntL seen, uint bits, UintL x, UintL y,
                                                             FloatL near, UintL *fields, uint words,
                                                             global uint *records)
@@ -114,8 +114,8 @@ static inline UintL bins_range(FloatL low, FloatL high, uint first, uint end)
 
 #define SORT_CHUNKS 1024  // at a time
 
-// Chunks of [first, end), at most SORT_CHUNKS, whose spans hold bin (x, y), nearest first: keys gets the bits of SPAN_NEAR
-// above their numbers. Returns how many.
+// Chunks of [first, end), at most SORT_CHUNKS, whose spans hold bin (x, y), nearest first: keys gets the bits of
+// SPAN_NEAR above their numbers. Returns how many.
 static inline uint bin_chunks(ulong *keys, global const uint *spans, uint item_count, uint first, uint end, uint x,
                               uint y)
 {

@@ -61,9 +61,9 @@ typedef LANE_TYPE(uint) UintL;
 #define LANE_AS_INT(x) LANE_TYPE(as_int)(x)
 #define LANE_AS_UINT(x) LANE_TYPE(as_uint)(x)
 
-// Whether a lane of the mask is set. any() of a vector becomes a branch a lane on PoCL; where the compiler keeps masks in
-// registers of their own, asking for one costs nothing, else clang's own reduction is a few instructions, and without it
-// a test of 64 bits does.
+// Whether a lane of the mask is set. any() of a vector becomes a branch a lane on PoCL; where the compiler keeps masks
+// in registers of their own, asking for one costs nothing, else clang's own reduction is a few instructions, and
+// without it a test of 64 bits does.
 static inline bool any_lane(IntL mask)
 {
 #if LANES == 1

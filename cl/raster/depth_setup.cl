@@ -51,7 +51,7 @@ kernel void depth_setup(global const RasterBlock *blocks, global const RasterBou
       fields[DEPTH_PLANE + 2 * i + 1] = LANE_AS_UINT(t.clipped ? t.clip[i][3] : plane[2 * i + 1]);
     }
     fields[DEPTH_NUMBER] = LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX);
-    fields[12] = fields[13] = UINTL(0);
+    fields[DEPTH_UNUSED] = fields[DEPTH_UNUSED + 1] = UINTL(0);
     fields[DEPTH_FLAGS] = t.clipped ? flags | UINTL(DEPTH_CLIPPED) : flags;
     IntL bin_px = INTL(RASTER_BIN_PX);
     UintL x = LANE_AS_UINT((t.first_x / bin_px) | (t.last_x / bin_px) << INTL(16)),

@@ -54,6 +54,7 @@ SHARED_SIZE(RasterBounds, 24);
 #define DEPTH_VERTEX 0   // 6 ints: x, y of each corner
 #define DEPTH_PLANE 6    // floats: depth at corner 0, its growth by 1/256 of a texel along x and y
 #define DEPTH_LIMITS 9   // floats: least and greatest depth of the corners
+#define DEPTH_UNUSED 12  // two words
 #define DEPTH_NUMBER 14  // of the triangle in the blocks
 #define DEPTH_FLAGS 15   // TRIANGLE_*, DEPTH_CLIPPED
 #define DEPTH_WORDS 16

@@ -7,10 +7,11 @@ Status raster_bins_make(RasterBins *out, Device *device, size_t chunks, uint32_t
   Status status = STATUS_OK;
   RasterBins made = {0};
   size_t record_bytes = (RASTER_CHUNK + 1) * record_words * sizeof(uint32_t);
-  size_t list_bytes = RASTER_CHUNK * RASTER_LARGE_BINS * sizeof(uint16_t);
+  size_t span_bytes = (chunks * SPAN_FIELDS + SPAN_PADDING) * sizeof(uint32_t);
+  size_t list_bytes = (chunks * RASTER_CHUNK * RASTER_LARGE_BINS + LIST_PADDING) * sizeof(uint16_t);
   TRY(buffer_create(&made.records, device, chunks * record_bytes, NULL, "raster triangles", log));
-  TRY(buffer_create(&made.spans, device, (chunks * SPAN_FIELDS + SPAN_PADDING) * sizeof(uint32_t), NULL, "raster triangles", log));
-  TRY(buffer_create(&made.lists, device, chunks * list_bytes + LIST_PADDING * sizeof(uint16_t), NULL, "raster bins", log));
+  TRY(buffer_create(&made.spans, device, span_bytes, NULL, "raster triangles", log));
+  TRY(buffer_create(&made.lists, device, list_bytes, NULL, "raster bins", log));
   *out = made;
   made = (RasterBins){0};
 

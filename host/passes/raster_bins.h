@@ -8,7 +8,7 @@ typedef struct RasterBins {
   DeviceBuffer records;  // [chunks][RASTER_CHUNK + 1][record_words]
   DeviceBuffer spans;    // SPAN_*, [SPAN_FIELDS][chunks], and padding
   DeviceBuffer starts;   // [chunks][bins + 2]
-  DeviceBuffer lists;    // 16-bit numbers [chunks][RASTER_CHUNK * RASTER_LARGE_BINS]
+  DeviceBuffer lists;    // 16-bit numbers [chunks][RASTER_CHUNK * RASTER_LARGE_BINS], and padding
 } RasterBins;
 
 // For `chunks` chunks (or chunks times views); raster_bins_divide makes room for `bins` bins, now and again when there

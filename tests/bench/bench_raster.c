@@ -4,9 +4,10 @@
 //
 // Usage: bench_raster [-v] SCENE.glb... ; stages: a depth map of 1024 and of 2048 texels a side, from a light that sees
 // the whole scene; the six faces of a cube of 256, depth alone, by one view table here and face after face there; what
-// the file's camera sees at 1080p, here the hit stream that shading reads (depth, id and two weights: 16 bytes a pixel),
-// there id and depth (8 bytes), and the same shaded with 3 x 3 compares of the depth map, there alone so far; the whole
-// frame: depth map of 2048 and camera. Before any timing both must show the same, or it stops. -v: times by kernel.
+// the file's camera sees at 1080p, here the hit stream that shading reads (depth, id and two weights: 16 bytes a
+// pixel), there id and depth (8 bytes), and the same shaded with 3 x 3 compares of the depth map, there alone so far;
+// the whole frame: depth map of 2048 and camera. Before any timing both must show the same, or it stops. -v: times by
+// kernel.
 
 #include <math.h>
 #include <stdio.h>
@@ -14,7 +15,7 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "bench/gl_peer.h"
+#include "bench/raster_views.h"
 #include "bench/scene.h"
 #include "passes/raster_depth.h"
 #include "passes/raster_visibility.h"
@@ -37,9 +38,7 @@ typedef struct Bench {
   RasterVisibility visibility;
   CameraRays camera;
   HitStream hits;
-  RasterView light, faces[6];
-  float light_position[3];
-  GlView gl_light, gl_camera, gl_faces[6];
+  RasterViews views;
   uint32_t tiles;
 } Bench;
 
@@ -57,131 +56,6 @@ static void stop(const char *cause)
   exit(1);
 }
 
-// Rows x, y, depth and w of a position before division, each in [0, 1] after it -> what OpenGL takes.
-static GlView gl_view(const double rows[4][4])
-{
-  GlView view;
-  for (int column = 0; column < 4; column++) {
-    for (int row = 0; row < 3; row++)
-      view.clip_from_world[4 * column + row] = (float)(2 * rows[row][column] - rows[3][column]);
-    view.clip_from_world[4 * column + 3] = (float)rows[3][column];
-  }
-  return view;
-}
-
-static void row_set(double row[4], Vec3 v, double scale, Vec3 origin)
-{
-  row[0] = scale * v.x;
-  row[1] = scale * v.y;
-  row[2] = scale * v.z;
-  row[3] = -scale * vec3_dot(v, origin);
-}
-
-// Adds `scale` times row w.
-static void row_add(double rows[4][4], int row, double scale)
-{
-  for (int i = 0; i < 4; i++) rows[row][i] += scale * rows[3][i];
-}
-
-// A square view from `eye` along `forward`, half as wide as `tangent` at distance 1; far_m may be INFINITY.
-static void map_aim(RasterView *out, GlView *gl, Vec3 eye, Vec3 forward, Vec3 right, double tangent, double near_m,
-                    double far_m, uint32_t size_px)
-{
-  double rows[4][4], stretch = isinf(far_m) ? 1 : far_m / (far_m - near_m);
-  Mat4 m;
-  row_set(rows[3], forward, 1, eye);
-  row_set(rows[0], right, 0.5 / tangent, eye);
-  row_set(rows[1], vec3_cross(forward, right), 0.5 / tangent, eye);
-  row_set(rows[2], forward, stretch, eye);
-  rows[2][3] -= near_m * stretch;
-  row_add(rows, 0, 0.5);
-  row_add(rows, 1, 0.5);
-  for (int i = 0; i < 16; i++) m.m[i] = rows[i % 4][i / 4];
-  *out = raster_view_of_map(&m, eye, size_px, near_m);  // nothing before the near plane, as in OpenGL
-  *gl = gl_view(rows);
-}
-
-static void views_aim(Bench *bench)
-{
-  const CameraInfo *camera = &bench->camera.info;
-  Vec3 low, high;
-  scene_bounds(&bench->base.scene, &low, &high);
-  Vec3 center = vec3_scale(vec3_add(low, high), 0.5);
-  double radius = 0.5 * vec3_length(vec3_sub(high, low));
-
-  Vec3 from = vec3_unit_or(vec3(0.35, 1, 0.25), center), light = vec3_add(center, vec3_scale(from, 2 * radius));
-  Vec3 right = vec3_unit_or(vec3_cross(from, vec3(0, 0, 1)), center);
-  map_aim(&bench->light, &bench->gl_light, light, vec3_neg(from), right, 1 / sqrt(3), radius, 3 * radius, map_px[0]);
-  bench->light_position[0] = (float)light.x;
-  bench->light_position[1] = (float)light.y;
-  bench->light_position[2] = (float)light.z;
-
-  Vec3 eye = vec3(camera->position.x, camera->position.y, camera->position.z);
-  Vec3 middle = vec3_scale(vec3_add(eye, center), 0.5);
-  for (int face = 0; face < 6; face++) {
-    double axes[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-    const double *forward = axes[face], *beside = axes[(face + 2) % 6];
-    map_aim(&bench->faces[face], &bench->gl_faces[face], middle, vec3(forward[0], forward[1], forward[2]),
-            vec3(beside[0], beside[1], beside[2]), 1, radius / 100, INFINITY, CUBE_PX);
-  }
-
-  RasterView view = raster_view_of_camera(camera);
-  const Float4 rows_px[4] = {view.x, view.y, view.depth, view.w};
-  const double scale[4] = {1.0 / WIDTH, 1.0 / HEIGHT, 1, 1};
-  double rows[4][4];
-  for (int row = 0; row < 4; row++)
-    row_set(rows[row], vec3(rows_px[row].x, rows_px[row].y, rows_px[row].z), scale[row], eye);
-  rows[2][3] -= camera->near_m;
-  bench->gl_camera = gl_view(rows);
-}
-
-// Number of each vertex among those with positions of their own, whose numbers `firsts` gets. Returns how many.
-static uint32_t vertices_weld(const FlatScene *flat, uint32_t *numbers, uint32_t *firsts)
-{
-  uint32_t count = 0, size = 4;
-  while (size < 2 * flat->vertex_count) size *= 2;
-  uint32_t *table = calloc(size, sizeof *table);
-  if (!table) stop("out of memory");
-  for (uint32_t i = 0; i < flat->vertex_count; i++) {
-    uint32_t words[3];
-    memcpy(words, flat->positions[i], sizeof words);
-    uint64_t hash = (words[0] * 0x9e3779b97f4a7c15u + words[1]) * 0x9e3779b97f4a7c15u + words[2];
-    uint32_t at = (uint32_t)((hash * 0x9e3779b97f4a7c15u) >> 32) & (size - 1);
-    while (table[at] && memcmp(flat->positions[firsts[table[at] - 1]], words, sizeof words)) at = (at + 1) & (size - 1);
-    if (!table[at]) {
-      firsts[count++] = i;
-      table[at] = count;
-    }
-    numbers[i] = table[at] - 1;
-  }
-  free(table);
-  return count;
-}
-
-static uint32_t peer_take(Bench *bench)
-{
-  const FlatScene *flat = &bench->base.flat;
-  uint32_t *numbers = calloc(flat->vertex_count, sizeof *numbers), *firsts = calloc(flat->vertex_count, sizeof *firsts);
-  float(*positions)[3] = calloc(flat->vertex_count, sizeof *positions);
-  float(*normals)[3] = calloc(flat->vertex_count, sizeof *normals);
-  uint32_t(*triangles)[3] = calloc(flat->triangle_count, sizeof *triangles);
-  if (!numbers || !firsts || !positions || !normals || !triangles) stop("out of memory");
-  uint32_t count = vertices_weld(flat, numbers, firsts);
-  for (uint32_t i = 0; i < count; i++) {
-    memcpy(positions[i], flat->positions[firsts[i]], sizeof positions[i]);
-    memcpy(normals[i], flat->normals[firsts[i]], sizeof normals[i]);
-  }
-  for (uint32_t i = 0; i < flat->triangle_count; i++)
-    for (int k = 0; k < 3; k++) triangles[i][k] = numbers[flat->corners[i].vertex[k]];
-  gl_peer_scene(bench->peer, positions, normals, count, triangles, flat->triangle_count);
-  free(numbers);
-  free(firsts);
-  free(positions);
-  free(normals);
-  free(triangles);
-  return count;
-}
-
 static Status depth_draw(Bench *bench, RasterDepth *raster, const RasterView *views, uint32_t count)
 {
   return raster_depth(raster, bench->base.device, &bench->base.device_scene, &bench->triangles, views, count,
@@ -190,7 +64,7 @@ static Status depth_draw(Bench *bench, RasterDepth *raster, const RasterView *vi
 
 static Status map_draw(Bench *bench, int map)
 {
-  RasterView view = bench->light;
+  RasterView view = bench->views.light;
   for (Float4 *row = &view.x; row <= &view.y; row++) {  // rows are in texels
     float scale = (float)map_px[map] / (float)map_px[0];
     *row = (Float4){row->x * scale, row->y * scale, row->z * scale, row->w * scale};
@@ -226,7 +100,7 @@ static double ours_run_ms(Bench *bench, Stage stage)
   Status status = STATUS_OK;
   double begin_ms = clock_ms();
   if (stage == MAP_1024 || stage == MAP_2048) status = map_draw(bench, stage == MAP_2048);
-  if (stage == CUBE) status = depth_draw(bench, &bench->cube, bench->faces, 6);
+  if (stage == CUBE) status = depth_draw(bench, &bench->cube, bench->views.faces, 6);
   if (stage == FRAME) status = map_draw(bench, 1);
   if (!status && (stage == VISIBILITY || stage == FRAME)) status = visibility_draw(bench);
   if (!status) status = device_finish(bench->base.device, log_of(bench));
@@ -238,11 +112,12 @@ static double theirs_run_ms(Bench *bench, Stage stage)
 {
   GlPeer *peer = bench->peer;
   double begin_ms = clock_ms();
-  if (stage == MAP_1024) gl_peer_depth_map(peer, map_px[0], &bench->gl_light);
-  if (stage == MAP_2048 || stage == FRAME) gl_peer_depth_map(peer, map_px[1], &bench->gl_light);
-  if (stage == CUBE) gl_peer_cube(peer, CUBE_PX, bench->gl_faces);
-  if (stage == VISIBILITY || stage == FRAME) gl_peer_ids(peer, WIDTH, HEIGHT, &bench->gl_camera);
-  if (stage == SHADED) gl_peer_shaded(peer, WIDTH, HEIGHT, &bench->gl_camera, &bench->gl_light, bench->light_position);
+  if (stage == MAP_1024) gl_peer_depth_map(peer, map_px[0], &bench->views.gl_light);
+  if (stage == MAP_2048 || stage == FRAME) gl_peer_depth_map(peer, map_px[1], &bench->views.gl_light);
+  if (stage == CUBE) gl_peer_cube(peer, CUBE_PX, bench->views.gl_faces);
+  if (stage == VISIBILITY || stage == FRAME) gl_peer_ids(peer, WIDTH, HEIGHT, &bench->views.gl_camera);
+  if (stage == SHADED)
+    gl_peer_shaded(peer, WIDTH, HEIGHT, &bench->views.gl_camera, &bench->views.gl_light, bench->views.light_position);
   gl_peer_finish(peer);
   return clock_ms() - begin_ms;
 }
@@ -450,8 +325,8 @@ static Status bench_run(Bench *bench, const char *path, bool verbose, Total *tot
   TRY(passes_make(bench));
   bench->peer = gl_peer_open();
   if (!bench->peer) exit(1);
-  views_aim(bench);
-  uint32_t vertices = peer_take(bench);
+  raster_views_aim(&bench->views, &bench->base.scene, &bench->camera.info, map_px[0], CUBE_PX);
+  uint32_t vertices = raster_peer_take(bench->peer, &bench->base.flat);
   printf("%s: %u triangles, %u vertices; %s, %u lanes; %s\n", path, bench->triangles.triangle_count, vertices,
          device_info(bench->base.device)->name, device_traits(bench->base.device)->lanes, gl_peer_name(bench->peer));
   sameness_check(bench);

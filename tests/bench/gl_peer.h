@@ -1,5 +1,5 @@
-// The stages of a raster frame by OpenGL ES 3.2 on a surfaceless EGL display: what the raster kernels are timed against.
-// On a machine without a GPU that is Mesa's llvmpipe; LP_NUM_THREADS sets its threads.
+// The stages of a raster frame by OpenGL ES 3.2 on a surfaceless EGL display: what the raster kernels are timed
+// against. On a machine without a GPU that is Mesa's llvmpipe; LP_NUM_THREADS sets its threads.
 #pragma once
 
 #include <stddef.h>

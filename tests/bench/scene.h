@@ -17,7 +17,8 @@ typedef struct BenchScene {
 } BenchScene;
 
 // Reads a glTF file and makes every triangle opaque and double-sided, which is how the others see it. `threads` is of
-// the device, 0 for all. Errors: those of gltf_read, device_open, device_scene_make; bench_scene_close frees either way.
+// the device, 0 for all. Errors: those of gltf_read, device_open, device_scene_make; bench_scene_close frees either
+// way.
 Status bench_scene_open(BenchScene *out, const char *path, double aspect, uint32_t threads);
 void bench_scene_close(BenchScene *bench);
 
