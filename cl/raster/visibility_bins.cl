@@ -167,6 +167,15 @@ static inline Permuted triangle_permute(uint number, uint axis, const Target *fr
   return p;
 }
 
+// Asks for the vertices and the id of the triangle of a record.
+static inline void triangle_prefetch(global const uint *record, const Target *from)
+{
+  uint number = record[VISIBLE_NUMBER];
+  global const uint *lines = (global const uint *)&from->triangles[number / RASTER_STEP] + number % RASTER_STEP;
+#pragma unroll
+  for (uint line = 0; line < 10; line++) PREFETCH(lines + line * RASTER_STEP);
+}
+
 // Holds a doubtful hit of a triangle on part of a block within the triangle's box.
 static __attribute__((noinline)) void samples_hold(TriangleHit *hit, uint number, const BinSamples *bin, uint block,
                                                    uint part, const Target *to)
@@ -344,6 +353,7 @@ kernel void visibility_bins(constant CameraInfo *camera, constant Float2 *offset
       for (uint large = 0; large < 2; large++)
         for (uint k = in.begin[large]; k < in.end[large]; k++) {
           PREFETCH(from + numbers[k + PREFETCH_RECORDS] * VISIBLE_WORDS);
+          triangle_prefetch(from + numbers[min(k + PREFETCH_RECORDS / 2, in.end[large] - 1)] * VISIBLE_WORDS, &to);
           bin_triangle(from + numbers[k] * VISIBLE_WORDS, &bin, corner, &to);
         }
     }
