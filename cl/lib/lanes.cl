@@ -110,6 +110,21 @@ static inline uint lane_bits(IntL mask)
 // Index of the lowest set bit.
 static inline uint lowest_bit(uint bits) { return 31 - clz(bits & -bits); }
 
+// pointer[index] by lane; every lane's index must be valid.
+#if LANES == 1
+#define LANE_GATHER(type, pointer, index) ((pointer)[index])
+#elif LANES == 8
+#define LANE_GATHER(type, pointer, index)                                                             \
+  ((type)((pointer)[(index).s0], (pointer)[(index).s1], (pointer)[(index).s2], (pointer)[(index).s3], \
+          (pointer)[(index).s4], (pointer)[(index).s5], (pointer)[(index).s6], (pointer)[(index).s7]))
+#else
+#define LANE_GATHER(type, pointer, index)                                                             \
+  ((type)((pointer)[(index).s0], (pointer)[(index).s1], (pointer)[(index).s2], (pointer)[(index).s3], \
+          (pointer)[(index).s4], (pointer)[(index).s5], (pointer)[(index).s6], (pointer)[(index).s7], \
+          (pointer)[(index).s8], (pointer)[(index).s9], (pointer)[(index).sa], (pointer)[(index).sb], \
+          (pointer)[(index).sc], (pointer)[(index).sd], (pointer)[(index).se], (pointer)[(index).sf]))
+#endif
+
 // One instruction on NVIDIA, which also ignores a NaN in b.
 #if LANES == 1 && defined(__NV_CL_C_VERSION)
 static inline FloatL min_lane(FloatL a, FloatL b) { return fmin(a, b); }

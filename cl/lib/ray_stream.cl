@@ -60,7 +60,8 @@ static inline uint place_take(global uint *count)
 }
 #endif
 
-// Appends the lanes of `mask` to a stream, packed, in lane order; `density` goes to RAY_DENSITY where `has_density`.
+// Appends the lanes of `mask` to a stream, packed, in lane order; `density` goes to RAY_DENSITY where `has_density`
+// (or what else that field holds).
 static inline void stream_append_path(IntL mask, Vec3L origin, Vec3L direction, FloatL t_max, Vec3L weight, UintL slot,
                                       bool has_density, FloatL density, global float *rays, uint capacity,
                                       global uint *slots, global uint *count)

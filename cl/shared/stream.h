@@ -19,11 +19,12 @@ enum RayField {
   RAY_WEIGHT_R,  // camera and reflected rays: throughput; shadow rays: the radiance that arrives if nothing blocks
   RAY_WEIGHT_G,
   RAY_WEIGHT_B,
-  RAY_FIELD_COUNT,
   // In streams of reflected rays, where rough surfaces reflect: the density, 1 / sr, with which the surface chose the
   // direction among those that it samples; INFINITY where it had no choice (mirrors).
-  RAY_DENSITY = RAY_FIELD_COUNT,
-  RAY_PATH_FIELD_COUNT
+  RAY_DENSITY,
+  // In streams of shadow rays, where maps are asked: the bits of the id of the triangle that the ray starts on.
+  RAY_RECEIVER = RAY_DENSITY,
+  RAY_FIELD_COUNT
 };
 
 enum HitField {

@@ -57,6 +57,30 @@ done:
   return status;
 }
 
+static Status read_map_size(void *field, const Option *option, const char *text, Log *log)
+{
+  Status status = STATUS_OK;
+  uint32_t size = 0;
+  if (strcmp(text, "auto") != 0) TRY(option_read_u32(&size, option, text, log));
+  if (size % 4) return option_fail(log, option, text, "a multiple of 4");
+  *(uint32_t *)field = size;
+
+done:
+  return status;
+}
+
+static Status read_kernel(void *field, const Option *option, const char *text, Log *log)
+{
+  Status status = STATUS_OK;
+  uint32_t size = 0;
+  TRY(option_read_u32(&size, option, text, log));
+  if (size % 2 == 0) return option_fail(log, option, text, "an odd number");
+  *(uint32_t *)field = size;
+
+done:
+  return status;
+}
+
 static Status read_environment(void *field, const Option *option, const char *text, Log *log)
 {
   EnvironmentSource source = {.choice = ENVIRONMENT_FILE, .text = text};
@@ -148,8 +172,17 @@ static const Option render_options[] = {
     {"methods", 0, "CHOICE", option_read_word, FIELD(settings.methods), .words = WORDS("auto", "exact"),
      .help = "exact: the most accurate method where none is named below;\nauto: that, unless samples are too few for "
              "it (auto)"},
-    {"shadows", 0, "METHOD", option_read_word, FIELD(settings.shadows), .words = WORDS("none", "rays"),
-     .help = "none or rays (rays)"},
+    {"shadows", 0, "METHOD", option_read_word, FIELD(settings.shadows),
+     .words = WORDS("none", "map", "pcf", "pcss", "hybrid", "rays", "area"),
+     .help = "none, map, pcf, pcss, hybrid, rays, or area (rays)"},
+    {"shadow-map-size", 0, "N", read_map_size, FIELD(settings.shadow_options.map_size_px), .low = 16, .high = 8192,
+     .help = "texels a side of shadow maps, or auto: about a pixel each\n(auto)"},
+    {"shadow-kernel", 0, "N", read_kernel, FIELD(settings.shadow_options.kernel_px), .low = 1, .high = 15,
+     .help = "texels a side that pcf averages, odd (3)"},
+    {"light-radius", 0, "M", option_read_float, FIELD(settings.shadow_options.light_radius_m), .high = 1e9,
+     .help = "of point and spot lights in metres, for pcss and area (0)"},
+    {"light-angle", 0, "DEGREES", option_read_radians, FIELD(settings.shadow_options.light_angle_rad), .high = 45,
+     .help = "half of what a directional light subtends, for pcss and\narea (0; the sun has 0.27)"},
     {"reflections", 0, "METHOD", option_read_word, FIELD(settings.reflections), .words = WORDS("none", "rays"),
      .help = "none or rays (rays)"},
     {"environment-light", 0, "METHOD", option_read_word, FIELD(settings.environment_light),
@@ -263,6 +296,7 @@ Status render_options_parse(RenderOptions *out, int argc, char **argv, Log *log)
                    .height = 720,
                    .samples = 1,
                    .shadows = SHADOWS_RAYS,
+                   .shadow_options = {.kernel_px = 3},
                    .reflections = REFLECTIONS_RAYS,
                    .max_depth = 8,
                    .max_roughness = MAX_ROUGHNESS_AUTO,

@@ -13,6 +13,7 @@ static const char *base_name(const char *path)
 }
 
 static const char *const tone_names[] = {"none", "filmic", "pbr-neutral"};
+static const char *const shadow_names[] = {"none", "map", "pcf", "pcss", "hybrid", "rays", "area"};
 static const char *const environment_light_names[] = {"auto", "none", "ambient", "sh", "sh-ao", "sampled"};
 
 // A word as a shell reads it.
@@ -69,7 +70,7 @@ Status record_make(char **out, const RenderOptions *options, const Plan *plan, c
   else
     fputs(" --lighting pbr", stream);
   fprintf(stream, " --primary %s --shadows %s --reflections %s --environment-light %s --max-depth %u",
-          primary_name(settings->primary), settings->shadows == SHADOWS_RAYS ? "rays" : "none",
+          primary_name(settings->primary), shadow_names[settings->shadows],
           settings->reflections == REFLECTIONS_RAYS ? "rays" : "none", environment_light_names[plan->environment_light],
           settings->max_depth);
   fprintf(stream, " --max-roughness %g --seed %u", (double)plan->max_roughness, options->seed);
@@ -106,7 +107,7 @@ json_t *record_stats(const RecordSources *sources)
       json_pack("{s:s, s:s, s:{s:f, s:f}, s:s, s:s, s:i, s:f, s:s}", "lighting",
                 plan->lighting == LIGHTING_PHONG ? "phong" : "pbr", "primary", primary_name(plan->primary),
                 "primary_ms", "raster", plan->primary_cost.raster_ms, "rays", plan->primary_cost.rays_ms, "shadows",
-                plan->shadow_rays ? "rays" : "none", "reflections", plan->reflected_rays ? "rays" : "none", "max_depth",
+                shadow_names[plan->shadows], "reflections", plan->reflected_rays ? "rays" : "none", "max_depth",
                 (int)plan->max_depth, "max_roughness", (double)plan->max_roughness, "environment_light",
                 environment_light_names[plan->environment_light]),
       profile_json(sources->timeline),

@@ -8,20 +8,20 @@
 #include "accel/bvh.h"
 #include "base/clock.h"
 
-// Diagonal of the root's box.
-static double bvh2_extent(const Bvh2 *bvh)
+// The root's box.
+static void bvh2_bounds(DeviceScene *out, const Bvh2 *bvh)
 {
-  double squared = 0;
-  if (bvh->node_count == 0) return 0;
-  for (int axis = 0; axis < 3; axis++) {
-    double low = INFINITY, high = -INFINITY;
-    for (int child = 0; child < 2; child++) {
-      low = fmin(low, bvh->nodes[0].bounds[child][axis][0]);
-      high = fmax(high, bvh->nodes[0].bounds[child][axis][1]);
-    }
-    squared += (high - low) * (high - low);
+  Vec3 low = vec3(INFINITY, INFINITY, INFINITY), high = vec3(-INFINITY, -INFINITY, -INFINITY);
+  for (int child = 0; child < 2 && bvh->node_count > 0; child++) {
+    const float(*bounds)[2] = bvh->nodes[0].bounds[child];
+    low = vec3_min(low, vec3(bounds[0][0], bounds[1][0], bounds[2][0]));
+    high = vec3_max(high, vec3(bounds[0][1], bounds[1][1], bounds[2][1]));
   }
-  return isfinite(squared) ? sqrt(squared) : 0;
+  Vec3 size = vec3_sub(high, low);
+  if (!vec3_is_finite(size)) return;
+  out->low = low;
+  out->high = high;
+  out->extent_m = vec3_length(size);
 }
 
 static Status bvh_upload(DeviceScene *out, Device *device, const FlatScene *flat, Timeline *timeline, Log *log)
@@ -41,7 +41,7 @@ static Status bvh_upload(DeviceScene *out, Device *device, const FlatScene *flat
   BvhOptions options = {.max_leaf = 4, .traversal_cost = 1};
   double begin_ms = clock_ms();
   TRY(bvh2_build(&bvh2, &soup, &options, log));
-  out->extent_m = bvh2_extent(&bvh2);
+  bvh2_bounds(out, &bvh2);
   if (device_traits(device)->wide_bvh) TRY(bvh8_from_bvh2(&bvh8, &bvh2, log));
   if (timeline) timeline_end(timeline, "build the BVH", begin_ms);
 
@@ -126,6 +126,8 @@ Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, T
   made.triangle_count = flat.triangle_count;
   made.object_count = flat.object_count;
   made.light_count = flat.light_count;
+  made.light_infos = flat.lights;
+  flat.lights = NULL;
   made.material_count = flat.material_count;
   device_scene_features(&made, scene);
   made.has_mirrors = flat.has_mirrors;
@@ -150,6 +152,7 @@ void device_scene_free(DeviceScene *scene)
                              &scene->bvh2_nodes,  &scene->bvh8_nodes,     &scene->linear_from_byte,
                              &scene->bvh8_blocks, &scene->bvh2_triangles, &scene->tangents};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
+  free(scene->light_infos);
   *scene = (DeviceScene){0};
 }
 

@@ -12,6 +12,9 @@ typedef struct DeviceScene {
   // shared/bvh.h; the wide tree is there only where device_traits()->wide_bvh
   DeviceBuffer bvh2_nodes, bvh2_triangles, bvh8_nodes, bvh8_blocks;
 
+  LightInfo *light_infos;  // [light_count], the host's copy of `lights`
+  Vec3 low, high;          // bounds, world space; zero where nothing is drawn
+
   const Environment *environment_source;  // the host's, which must outlive this
 
   uint32_t vertex_count, triangle_count, object_count, light_count, material_count;

@@ -2,13 +2,12 @@
 
 #include "shared/stream.h"
 
-static Status stream_make(RayStream *out, Device *device, uint32_t capacity, uint32_t segments, uint32_t fields,
-                          const char *what, Log *log)
+Status ray_stream_make(RayStream *out, Device *device, uint32_t capacity, uint32_t segments, const char *what, Log *log)
 {
   Status status = STATUS_OK;
   RayStream stream = {.capacity = capacity};
   size_t rays = (size_t)capacity * segments;
-  TRY(buffer_create(&stream.rays, device, rays * fields * sizeof(float), NULL, what, log));
+  TRY(buffer_create(&stream.rays, device, rays * RAY_FIELD_COUNT * sizeof(float), NULL, what, log));
   TRY(buffer_create(&stream.slots, device, rays * sizeof(uint32_t), NULL, what, log));
   *out = stream;
   stream = (RayStream){0};
@@ -16,16 +15,6 @@ static Status stream_make(RayStream *out, Device *device, uint32_t capacity, uin
 done:
   ray_stream_free(&stream);
   return status;
-}
-
-Status ray_stream_make(RayStream *out, Device *device, uint32_t capacity, uint32_t segments, const char *what, Log *log)
-{
-  return stream_make(out, device, capacity, segments, RAY_FIELD_COUNT, what, log);
-}
-
-Status path_stream_make(RayStream *out, Device *device, uint32_t capacity, const char *what, Log *log)
-{
-  return stream_make(out, device, capacity, 1, RAY_PATH_FIELD_COUNT, what, log);
 }
 
 void ray_stream_free(RayStream *stream)

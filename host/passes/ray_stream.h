@@ -17,9 +17,6 @@ typedef struct HitStream {
 // `segments` streams of `capacity` rays behind each other (one a light, for shadow rays), of RAY_FIELD_COUNT fields.
 Status ray_stream_make(RayStream *out, Device *device, uint32_t capacity, uint32_t segments, const char *what,
                        Log *log);
-
-// A stream of RAY_PATH_FIELD_COUNT fields: of reflected rays, where there are samples of lobes.
-Status path_stream_make(RayStream *out, Device *device, uint32_t capacity, const char *what, Log *log);
 void ray_stream_free(RayStream *stream);
 Status hit_stream_make(HitStream *out, Device *device, uint32_t capacity, Log *log);
 void hit_stream_free(HitStream *stream);

@@ -8,7 +8,26 @@
 #include "plan/primary.h"
 
 typedef enum LightingModel { LIGHTING_PBR, LIGHTING_PHONG } LightingModel;
-typedef enum ShadowMethod { SHADOWS_NONE, SHADOWS_RAYS } ShadowMethod;
+
+// How a light's shadows are found; shared/shadow.h and cl/shade/shadow_filter.cl have the errors of each.
+typedef enum ShadowMethod {
+  SHADOWS_NONE,    // light arrives unblocked
+  SHADOWS_MAP,     // the nearest texel of a shadow map
+  SHADOWS_PCF,     // the share of a few texels: the 2007 system's
+  SHADOWS_PCSS,    // that of a disc as wide as the light's half-shadow would be
+  SHADOWS_HYBRID,  // what the map knows for sure, and rays for the rest: the picture of SHADOWS_RAYS
+  SHADOWS_RAYS,
+  SHADOWS_AREA,  // rays to points of a light that has a radius
+} ShadowMethod;
+
+// Details of them; a light's radius is there for PCSS and AREA alone.
+typedef struct ShadowOptions {
+  uint32_t map_size_px;    // texels a side; 0: by magnification (passes/shadow_fit.h)
+  uint32_t kernel_px;      // PCF: texels a side, odd
+  float light_radius_m;    // of point and spot lights
+  double light_angle_rad;  // of directional ones: half of what they subtend
+} ShadowOptions;
+
 typedef enum ReflectionMethod { REFLECTIONS_NONE, REFLECTIONS_RAYS } ReflectionMethod;
 
 // Who chooses a method that is not named: the plan, or it is always the most accurate one.
@@ -44,6 +63,7 @@ typedef struct RenderSettings {
   LightingModel lighting;
   PrimaryMethod primary;
   ShadowMethod shadows;
+  ShadowOptions shadow_options;
   ReflectionMethod reflections;
   MethodsChoice methods;
   EnvironmentLightMethod environment_light;
@@ -70,7 +90,9 @@ typedef struct Plan {
   LightingModel lighting;
   PrimaryMethod primary;  // raster or rays
   PrimaryCost primary_cost;
-  bool shadow_rays;       // a light is there and shadows are asked for
+  bool shadow_rays;      // a light is there and shadows are asked for
+  ShadowMethod shadows;  // SHADOWS_NONE without shadow rays
+  ShadowOptions shadow_options;
   bool reflected_rays;    // something that reflects is there and reflections are asked for
   bool lobes;             // surfaces send samples along their lobes: rough reflections, or sampled environment light
   bool transmitted_rays;  // a BLEND surface is there
@@ -79,5 +101,10 @@ typedef struct Plan {
   uint32_t max_depth;                        // 0 without reflected rays
   float ambient;
 } Plan;
+
+static inline bool plan_uses_shadow_maps(const Plan *plan)
+{
+  return plan->shadows >= SHADOWS_MAP && plan->shadows <= SHADOWS_HYBRID;
+}
 
 Plan plan_make(const RenderSettings *settings, const SceneFacts *facts);

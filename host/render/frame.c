@@ -18,6 +18,14 @@ static uint32_t tiles_of(const PictureArea *area)
   return ((area->width + TILE_SIZE - 1) / TILE_SIZE) * ((area->height + TILE_SIZE - 1) / TILE_SIZE);
 }
 
+// A capacity no less than that, whose fields lie apart in a cache: were they 4 KiB or a multiple of it from each other,
+// one set of it would hold the same place of all.
+static uint32_t capacity_apart(uint32_t capacity)
+{
+  enum { PAGE_FLOATS = 1024, SHIFT_FLOATS = TILE_PIXELS };
+  return (capacity + PAGE_FLOATS - 1) / PAGE_FLOATS * PAGE_FLOATS + SHIFT_FLOATS;
+}
+
 static Status aov_sums_make(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
@@ -35,12 +43,6 @@ done:
   return status;
 }
 
-static Status rays_make(RayStream *out, const Frame *frame, Log *log)
-{
-  return frame->request.plan.lobes ? path_stream_make(out, frame->device, frame->capacity, "rays", log)
-                                   : ray_stream_make(out, frame->device, frame->capacity, 1, "rays", log);
-}
-
 // A stream that is not in use; `no_rays` where none is wanted.
 static Status stream_take(RayStream **out, Frame *frame, bool wanted, Log *log)
 {
@@ -53,7 +55,8 @@ static Status stream_take(RayStream **out, Frame *frame, bool wanted, Log *log)
                     "frame: over %d streams of reflected rays wait behind BLEND surfaces: lower --max-depth",
                     FRAME_STREAMS);
   RayStream *stream = &frame->streams[at];
-  Status status = stream->rays.memory ? STATUS_OK : rays_make(stream, frame, log);
+  Status status =
+      stream->rays.memory ? STATUS_OK : ray_stream_make(stream, frame->device, frame->capacity, 1, "rays", log);
   if (status) return status;
   frame->taken[at] = true;
   *out = stream;
@@ -69,7 +72,13 @@ static Status raster_make(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const RasterOptions options = {0};
-  TRY(raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &options, log));
+  const Plan *plan = &frame->request.plan;
+  bool raster = plan->primary == PRIMARY_RASTER, maps = plan_uses_shadow_maps(plan);
+  if (raster || maps) TRY(raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &options, log));
+  if (maps)
+    TRY(shadow_maps_make(&frame->shadow_maps, frame->device, frame->scene, &frame->raster_scene, plan,
+                         &frame->camera.info, log));
+  if (!raster) goto done;
   TRY(raster_visibility_make(&frame->raster, frame->device, frame->scene, &frame->raster_scene, &options, log));
   TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->camera, frame->request.samples, frame->capacity,
                             log));
@@ -85,6 +94,7 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   uint64_t all = (uint64_t)tiles_of(&request->area) * TILE_PIXELS * request->samples;
   frame.capacity = device_traits(device)->wave_rays;
   if (all < frame.capacity) frame.capacity = (uint32_t)all;
+  frame.capacity = capacity_apart(frame.capacity);
   frame.light_segments = !request->plan.shadow_rays               ? 0
                          : scene->light_count < LIGHTS_PER_LAUNCH ? scene->light_count
                                                                   : LIGHTS_PER_LAUNCH;
@@ -94,14 +104,15 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   TRY(shader_make(&frame.shader, device, scene, &request->plan, log));
   TRY(film_make(&frame.film, device, scene, &info, request->aovs & AOV_SET_SURFACE, log));
   bool spawns = request->plan.reflected_rays || request->plan.transmitted_rays;
-  for (int i = 0; i < (spawns ? 2 : 1); i++) TRY(rays_make(&frame.streams[i], &frame, log));
+  for (int i = 0; i < (spawns ? 2 : 1); i++)
+    TRY(ray_stream_make(&frame.streams[i], device, frame.capacity, 1, "rays", log));
   TRY(ray_stream_make(&frame.no_rays, device, frame.capacity, 0, "rays", log));
   TRY(ray_stream_make(&frame.shadow, device, frame.capacity, frame.light_segments + frame.shader.environment_segments,
                       "shadow rays", log));
   TRY(hit_stream_make(&frame.hits, device, frame.capacity, log));
   TRY(buffer_create(&frame.radiance, device, (size_t)frame.capacity * sizeof(Float4), NULL, "radiance", log));
   TRY(aov_sums_make(&frame, log));
-  if (request->plan.primary == PRIMARY_RASTER) TRY(raster_make(&frame, log));
+  TRY(raster_make(&frame, log));
   *out = frame;
   frame = (Frame){0};
 
@@ -114,6 +125,7 @@ void frame_free(Frame *frame)
 {
   camera_rays_free(&frame->camera);
   raster_visibility_free(&frame->raster);
+  shadow_maps_free(&frame->shadow_maps);
   raster_scene_free(&frame->raster_scene);
   tracer_free(&frame->tracer);
   shader_free(&frame->shader);
@@ -205,6 +217,17 @@ done:
   return status;
 }
 
+// Lets through what light `light` sends along the rays of segment `segment` past what stands in its way.
+static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_t light, uint32_t segment,
+                              uint32_t count, Coherence coherence, Log *log)
+{
+  if (shadow_maps_have(&frame->shadow_maps, light))
+    return shadow_maps_filter(&frame->shadow_maps, frame->device, frame->scene, light, streams->shadow, segment, count,
+                              streams->radiance, log);
+  return trace_any(&frame->tracer, frame->device, frame->scene, streams->shadow, segment, count, streams->radiance,
+                   coherence, "trace shadow rays", log);
+}
+
 // Shades a bounce by batches of lights, tracing each light's shadow rays in the lights' order. counts: what was
 // spawned.
 static Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t count, const ShadeInfo *info,
@@ -218,8 +241,7 @@ static Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t c
     TRY(shade(&frame->shader, frame->device, frame->scene, streams, count, &batch, spawned, "shade and spawn rays",
               log));
     for (uint32_t i = 0; i < batch.light_count; i++)
-      TRY(trace_any(&frame->tracer, frame->device, frame->scene, streams->shadow, i, spawned[i], streams->radiance,
-                    coherence, "trace shadow rays", log));
+      TRY(shadows_resolve(frame, streams, batch.first_light + i, i, spawned[i], coherence, log));
     if (batch.first_batch) {
       memcpy(counts, spawned, sizeof spawned);
       TRY(environment_trace(frame, streams, counts, log));

@@ -6,6 +6,7 @@
 #include "passes/film.h"
 #include "passes/raster_visibility.h"
 #include "passes/shade.h"
+#include "passes/shadow_maps.h"
 #include "passes/trace.h"
 #include "plan/plan.h"
 
@@ -42,8 +43,9 @@ typedef struct Frame {
   const DeviceScene *scene;
   FrameRequest request;
   CameraRays camera;
-  RasterScene raster_scene;  // with PRIMARY_RASTER, as `raster`
-  RasterVisibility raster;
+  RasterScene raster_scene;  // with PRIMARY_RASTER or shadow maps
+  RasterVisibility raster;   // with PRIMARY_RASTER
+  ShadowMaps shadow_maps;    // where the plan's shadows use them
   Tracer tracer;
   Shader shader;
   Film film;

@@ -210,7 +210,7 @@ static Vec3 position_of(const Bench *bench, uint32_t id, int corner)
 
 static void ray_set(float *rays, size_t i, Vec3 origin, Vec3 direction, double t_max)
 {
-  const double fields[] = {origin.x, origin.y, origin.z, direction.x, direction.y, direction.z, t_max, 0, 0, 0};
+  const double fields[] = {origin.x, origin.y, origin.z, direction.x, direction.y, direction.z, t_max, 0, 0, 0, 0};
   for (size_t f = 0; f < RAY_FIELD_COUNT; f++) rays[f * RAYS + i] = (float)fields[f];
 }
 

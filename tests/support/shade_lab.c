@@ -29,8 +29,7 @@ ShadeLab lab_open(const Scene *scene, uint32_t lanes)
 static RayStream path_stream(const ShadeLab *lab)
 {
   RayStream stream = {0};
-  picture_assert_ok(lab->plan.lobes ? path_stream_make(&stream, lab->device, LAB_CAPACITY, "rays", &picture_log)
-                                    : ray_stream_make(&stream, lab->device, LAB_CAPACITY, 1, "rays", &picture_log));
+  picture_assert_ok(ray_stream_make(&stream, lab->device, LAB_CAPACITY, 1, "rays", &picture_log));
   return stream;
 }
 
@@ -62,7 +61,7 @@ void lab_close(ShadeLab *lab)
 
 void lab_set_hits(ShadeLab *lab, const LabHit *hits, uint32_t count)
 {
-  float *rays = oracle_array(LAB_CAPACITY * RAY_PATH_FIELD_COUNT, sizeof *rays);
+  float *rays = oracle_array(LAB_CAPACITY * RAY_FIELD_COUNT, sizeof *rays);
   float *found = oracle_array(LAB_CAPACITY * HIT_FIELD_COUNT, sizeof *found);
   uint32_t *ids = oracle_array(LAB_CAPACITY, sizeof *ids), *slots = oracle_array(LAB_CAPACITY, sizeof *slots);
   assert_true(count <= LAB_CAPACITY);
@@ -130,7 +129,7 @@ static LabRay *stream_rays(ShadeLab *lab, const RayStream *stream, uint32_t segm
 {
   size_t all = stream->slots.bytes / sizeof(uint32_t);
   float *rays = oracle_array(stream->rays.bytes / sizeof(float), sizeof *rays);
-  bool has_density = stream->rays.bytes == all * RAY_PATH_FIELD_COUNT * sizeof(float);
+  bool has_density = lab->plan.lobes && stream != &lab->shadow;
   uint32_t *slots = oracle_array(all, sizeof *slots);
   LabRay *out = oracle_array(count, sizeof *out);
   assert_true(count <= LAB_CAPACITY);

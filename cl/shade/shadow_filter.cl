@@ -1,0 +1,272 @@
+// Shadow-map compare: how much of a light's radiance arrives, by the depths that one texel or several of its map hold.
+//
+//   in    rays, slots   a stream of shadow rays to one light, [ray_count] of segment `segment`, with their receivers
+//         info, views   the light's maps and how they are looked up (shared/shadow.h)
+//         maps          [view_count][size * size] (shared/depth_map.h)
+//         corners, positions   the receivers' triangles
+//   out   radiance[slot] gains weight x lit fraction
+//
+//   SHADOW_BY_TEXEL   the texel that holds the point: lit or dark (Williams 1978)
+//   SHADOW_BY_PCF     kernel_px x kernel_px texels about it, the outer ones by the share that the kernel covers (Reeves,
+//                     Salesin, Cook 1987): an edge becomes a ramp kernel_px texels wide
+//   SHADOW_BY_PCSS    nearer texels within the light's reach give the width of its half-shadow, a disc that wide is
+//                     averaged (Fernando 2005); with radius 0 it is PCF of one texel
+//
+//   A texel's depth is compared with that of the receiver's own plane at the texel's centre, not with the point's: on a
+//   plane no bias is needed but that of rounding and of vertices snapped to 1 / RASTER_SNAP of a texel, whatever the
+//   light's angle (receiver-plane depth bias: Isidoro, "Shadow Mapping: GPU-based Tips and Techniques", GDC 2006). For
+//   surfaces that bend, a caster must stand before that plane by its growth over slope_px texels (ShadowInfo); what
+//   stands closer casts no shadow.
+//   A point outside all maps is lit; shadow_fit leaves none that the camera sees.
+//
+//   Fails at edges of shadows, by up to a texel's footprint (SHADOW_BY_TEXEL: half of it on average to either side); on
+//   finely curved surfaces, whose neighbouring triangles leave the receiver's plane within the kernel; where casters are
+//   thinner than a texel.
+//   Cost  about 3 ns a ray and 1.5 ns a texel on a core.
+//
+//   From  Williams, "Casting Curved Shadows on Curved Surfaces", SIGGRAPH 1978; Reeves, Salesin, Cook, "Rendering
+//         Antialiased Shadows with Depth Maps", SIGGRAPH 1987; Fernando, "Percentage-Closer Soft Shadows", 2005.
+
+#include "lib/ray_stream.cl"
+#include "lib/shadow_view.cl"
+#include "shared/depth_map.h"
+#include "shared/scene.h"
+
+// Normals of the receivers' triangles, of any length.
+static inline Vec3L receiver_normals(global const TriangleCorners *corners, global const float *positions, UintL id,
+                                     IntL mask)
+{
+  Vec3L normal = vec3l(FLOATL(0), FLOATL(0), FLOATL(0));
+  for (uint bits = lane_bits(mask); bits;) {
+    uint triangle = LANE_UINT(id, lowest_bit(bits));
+    IntL group = mask & (id == UINTL(triangle));
+    bits &= ~lane_bits(group);
+    global const uint *vertex = corners[triangle].vertex;
+    float3 a = vload3(vertex[0], positions);
+    float3 n = cross(vload3(vertex[1], positions) - a, vload3(vertex[2], positions) - a);
+    normal = select3(group, vec3l(FLOATL(n.x), FLOATL(n.y), FLOATL(n.z)), normal);
+  }
+  return normal;
+}
+
+static inline FloatL dot_float3(Vec3L a, Float3 b) { return a.x * FLOATL(b.x) + a.y * FLOATL(b.y) + a.z * FLOATL(b.z); }
+
+// The receiver's plane in a map: depth at the lookup's point and its growth by a texel along x and y; and how much it
+// may be off.
+typedef struct PlaneDepth {
+  FloatL depth, by_x, by_y, slack;
+} PlaneDepth;
+
+static inline PlaneDepth plane_depth(constant ShadowInfo *info, constant ShadowView *view, Vec3L relative,
+                                     const MapPoint *at, Vec3L normal)
+{
+  PlaneDepth out;
+  FloatL scale;
+  if (view->raster.parallel) {
+    scale = FLOATL(-1) / dot_float3(normal, view->axis);
+  } else {
+    scale = FLOATL(view->raster.depth_by_w) / dot3(normal, relative);
+  }
+  out.depth = at->depth;
+  out.by_x = dot_float3(normal, view->sight_x) * scale;
+  out.by_y = dot_float3(normal, view->sight_y) * scale;
+  // A plane seen edge on has no depth: nothing then is said to be in front of it.
+  IntL flat = (fabs(out.by_x) < FLOATL(1)) & (fabs(out.by_y) < FLOATL(1));
+  FloatL slope = fabs(out.by_x) + fabs(out.by_y);
+  out.slack = flat ? FLOATL(info->depth_slack) + slope * FLOATL(info->slope_px) : FLOATL(2);
+  out.by_x = flat ? out.by_x : FLOATL(0);
+  out.by_y = flat ? out.by_y : FLOATL(0);
+  return out;
+}
+
+// Depths of texels, clamped to the map.
+static inline FloatL map_fetch(global const float *map, uint size, IntL x, IntL y)
+{
+  IntL zero = INTL(0), last = INTL((int)size - 1);
+  x = x < zero ? zero : x > last ? last : x;
+  y = y < zero ? zero : y > last ? last : y;
+  IntL index =
+      ((y >> INTL(2)) * INTL((int)size / 4) + (x >> INTL(2))) * INTL(16) + (y & INTL(3)) * INTL(4) + (x & INTL(3));
+  return LANE_GATHER(FloatL, map, index);
+}
+
+// 1 where the texel leaves the receiver's plane lit.
+static inline FloatL texel_lit(global const float *map, uint size, const MapPoint *at, const PlaneDepth *plane, IntL x,
+                               IntL y)
+{
+  FloatL half_texel = FLOATL(0.5f);
+  FloatL dx = LANE_CONVERT_FLOAT(x) + half_texel - at->x, dy = LANE_CONVERT_FLOAT(y) + half_texel - at->y;
+  FloatL receiver = plane->depth + plane->by_x * dx + plane->by_y * dy;
+  return receiver <= map_fetch(map, size, x, y) + plane->slack ? FLOATL(1) : FLOATL(0);
+}
+
+// Share of a kernel of `size` from `left` on that texel `at` .. `at` + 1 covers.
+static inline __attribute__((overloadable)) float kernel_share(float at, float left, float size)
+{
+  float right = left + size, low = at > left ? at : left, high = at + 1 < right ? at + 1 : right;
+  return high > low ? high - low : 0;
+}
+
+static inline __attribute__((overloadable)) float16 kernel_share(float16 at, float left, float size)
+{
+  float16 first = left, right = left + size, zero = 0;
+  float16 low = at > first ? at : first, high = at + 1 < right ? at + 1 : right;
+  return high > low ? high - low : zero;
+}
+
+#if LANES == 1
+static inline float lit_by_kernel(global const float *map, uint size, uint kernel_px, const MapPoint *at,
+                                  const PlaneDepth *plane, IntL group)
+{
+  float side = (float)kernel_px, left = at->x - 0.5f * side, top = at->y - 0.5f * side, sum = 0;
+  int x0 = (int)floor(left), y0 = (int)floor(top);
+  for (int y = y0; y <= y0 + (int)kernel_px; y++) {
+    float row = 0;
+    for (int x = x0; x <= x0 + (int)kernel_px; x++)
+      row += kernel_share((float)x, left, side) * texel_lit(map, size, at, plane, x, y);
+    sum += kernel_share((float)y, top, side) * row;
+  }
+  return sum / (side * side);
+}
+#else
+// Ray by ray, 16 texels at a time: the map lies in blocks of 4 x 4, and a gather is slower than whole blocks.
+static inline FloatL lit_by_kernel(global const float *map, uint size, uint kernel_px, const MapPoint *at,
+                                   const PlaneDepth *plane, IntL group)
+{
+  const float16 block_x = (float16)(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
+  const float16 block_y = (float16)(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+  float side = (float)kernel_px;
+  int last = (int)size / 4 - 1;
+  FloatL lit = FLOATL(1);
+  for (uint bits = lane_bits(group); bits; bits &= bits - 1) {
+    uint lane = lowest_bit(bits);
+    float px = LANE_FLOAT(at->x, lane), py = LANE_FLOAT(at->y, lane), left = px - 0.5f * side, top = py - 0.5f * side;
+    float by_x = LANE_FLOAT(plane->by_x, lane), by_y = LANE_FLOAT(plane->by_y, lane);
+    float depth = LANE_FLOAT(plane->depth, lane) - LANE_FLOAT(plane->slack, lane);
+    float16 step = block_x * by_x + block_y * by_y;
+    float16 sum = 0;
+    int x0 = clamp((int)floor(left * 0.25f), 0, last), x1 = clamp((int)floor((left + side) * 0.25f), 0, last);
+    int y0 = clamp((int)floor(top * 0.25f), 0, last), y1 = clamp((int)floor((top + side) * 0.25f), 0, last);
+    for (int y = y0; y <= y1; y++) {
+      float16 share_y = kernel_share(block_y + (float)(4 * y), top, side);
+      for (int x = x0; x <= x1; x++) {
+        float16 share = kernel_share(block_x + (float)(4 * x), left, side) * share_y;
+        float receiver = depth + by_x * ((float)(4 * x) + 0.5f - px) + by_y * ((float)(4 * y) + 0.5f - py);
+        float16 there = vload16(y * (last + 1) + x, map);
+        sum += step + receiver <= there ? share : (float16)0;
+      }
+    }
+    float8 half_sum = sum.lo + sum.hi;
+    float4 quarter = half_sum.lo + half_sum.hi;
+    LANE_FLOAT(lit, lane) = (quarter.x + quarter.y + quarter.z + quarter.w) / (side * side);
+  }
+  return lit;
+}
+#endif
+
+#ifdef HAS_DISC
+// Taps of a disc of radius 1: Vogel's spiral, tap k at radius sqrt((k + 1 / 2) / 32) and k times the golden angle; all
+// stand for the same area.
+constant Float2 disc_taps[SHADOW_DISC_TAPS] = {
+    {0.1250f, 0.0000f},   {-0.1596f, 0.1462f}, {0.0244f, -0.2784f},  {0.2012f, 0.2625f},   {-0.3693f, -0.0653f},
+    {0.3498f, -0.2225f},  {-0.1170f, 0.4352f}, {-0.2231f, -0.4296f}, {0.4841f, 0.1768f},   {-0.5036f, 0.2079f},
+    {0.2428f, -0.5188f},  {0.1794f, 0.5720f},  {-0.5408f, -0.3134f}, {0.6344f, -0.1395f},  {-0.3871f, 0.5507f},
+    {-0.0894f, -0.6902f}, {0.5491f, 0.4628f},  {-0.7389f, 0.0306f},  {0.5390f, -0.5363f},  {-0.0361f, 0.7798f},
+    {-0.5128f, -0.6145f}, {0.8124f, 0.1093f},  {-0.6883f, 0.4789f},  {0.1881f, -0.8361f},  {0.4350f, 0.7592f},
+    {-0.8504f, -0.2713f}, {0.8261f, -0.3817f}, {-0.3579f, 0.8552f},  {-0.3194f, -0.8880f}, {0.8499f, 0.4467f},
+    {-0.9440f, 0.2488f},  {0.5366f, -0.8345f}};
+
+// Mean closeness of the texels in the disc that stand before the receiver's plane: 1 / w, or in parallel projection the
+// depth; and how many they are.
+static inline FloatL blockers(FloatL *count, constant ShadowView *view, global const float *map, uint size,
+                              const MapPoint *at, const PlaneDepth *plane, FloatL radius_px)
+{
+  FloatL sum = FLOATL(0), one = FLOATL(1);
+  *count = FLOATL(0);
+  for (uint i = 0; i < SHADOW_DISC_TAPS; i++) {
+    Float2 tap = disc_taps[i];
+    FloatL dx = radius_px * FLOATL(tap.x), dy = radius_px * FLOATL(tap.y);
+    IntL x = LANE_CONVERT_INT(floor(at->x + dx)), y = LANE_CONVERT_INT(floor(at->y + dy));
+    FloatL depth = map_fetch(map, size, x, y);
+    FloatL across_x = LANE_CONVERT_FLOAT(x) + FLOATL(0.5f) - at->x,
+           across_y = LANE_CONVERT_FLOAT(y) + FLOATL(0.5f) - at->y;
+    FloatL receiver = plane->depth + plane->by_x * across_x + plane->by_y * across_y;
+    IntL before = receiver > depth + plane->slack;
+    FloatL closeness =
+        view->raster.parallel ? depth : (depth - FLOATL(view->raster.depth_far)) * FLOATL(1 / view->raster.depth_by_w);
+    sum += before ? closeness : FLOATL(0);
+    *count += before ? one : FLOATL(0);
+  }
+  return sum / *count;
+}
+
+// Radius of the light as seen from the receiver past a blocker, in texels. At closeness c = 1 / w of the blocker and
+// c0 of the receiver, what is a metre wide at the light is (c - c0) metres wide at w = 1.
+static inline FloatL lit_by_disc(constant ShadowInfo *info, constant ShadowView *view, global const float *map,
+                                 const MapPoint *at, const PlaneDepth *plane, IntL group)
+{
+  uint size = info->size_px;
+  Float3 step = view->sight_x;
+  float reach = info->radius / sqrt(step.x * step.x + step.y * step.y + step.z * step.z);
+  FloatL most = FLOATL(SHADOW_DISC_PX), least = FLOATL(0.5f), one = FLOATL(1), count;
+  // Blockers may stand anywhere before the receiver: look as far as the greatest disc reaches.
+  FloatL search = min_lane(FLOATL(reach) * (view->raster.parallel ? at->depth : FLOATL(1e3f)), most);
+  FloatL closeness = blockers(&count, view, map, size, at, plane, max_lane(search, least));
+  FloatL apart = view->raster.parallel ? at->depth - closeness : closeness - one / at->w;
+  FloatL radius = min_lane(FLOATL(reach) * max_lane(apart, FLOATL(0)), most);
+  IntL some = count > FLOATL(0), soft = some & (radius > least) & group;
+  FloatL lit = lit_by_kernel(map, size, 1, at, plane, group);
+  if (!any_lane(soft)) return lit;
+  FloatL sum = FLOATL(0);
+  for (uint i = 0; i < SHADOW_DISC_TAPS; i++) {
+    Float2 tap = disc_taps[i];
+    IntL x = LANE_CONVERT_INT(floor(at->x + radius * FLOATL(tap.x)));
+    IntL y = LANE_CONVERT_INT(floor(at->y + radius * FLOATL(tap.y)));
+    sum += texel_lit(map, size, at, plane, x, y);
+  }
+  return soft ? sum * FLOATL(1.0f / SHADOW_DISC_TAPS) : lit;
+}
+#endif
+
+static inline FloatL lit_fraction(constant ShadowInfo *info, constant ShadowView *view, global const float *map,
+                                  const MapPoint *at, const PlaneDepth *plane, IntL group)
+{
+#ifdef HAS_DISC
+  return lit_by_disc(info, view, map, at, plane, group);
+#else
+  if (info->method == SHADOW_BY_PCF) return lit_by_kernel(map, info->size_px, info->kernel_px, at, plane, group);
+  return texel_lit(map, info->size_px, at, plane, LANE_CONVERT_INT(floor(at->x)), LANE_CONVERT_INT(floor(at->y)));
+#endif
+}
+
+kernel void shadow_filter(constant ShadowInfo *info, constant ShadowView *views, global const float *maps,
+                          global const float *rays, uint capacity, uint ray_count, uint segment,
+                          global const uint *slots, global const TriangleCorners *corners,
+                          global const float *positions, global float4 *radiance)
+{
+  rays += segment * RAY_FIELD_COUNT * capacity;
+  slots += segment * capacity;
+  uint begin = get_global_id(0) * RAYS_PER_ITEM;
+  uint end = min(begin + RAYS_PER_ITEM, ray_count);
+  for (uint first = begin; first < end; first += LANES) {
+    IntL active = stream_load_t_max(rays, capacity, first, ray_count) > FLOATL(0);
+    Vec3L origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
+    UintL receiver = LANE_AS_UINT(LANE_LOAD(rays + RAY_RECEIVER * capacity, first));
+    Vec3L normal = receiver_normals(corners, positions, receiver, active);
+    UintL chosen = shadow_view_choose(info, views, origin);
+    FloatL lit = FLOATL(1);
+    for (uint bits = lane_bits(active & (chosen != UINTL(SHADOW_VIEW_NONE))); bits;) {
+      uint number = LANE_UINT(chosen, lowest_bit(bits));
+      IntL group = active & (chosen == UINTL(number));
+      bits &= ~lane_bits(group);
+      constant ShadowView *view = &views[number];
+      Vec3L relative = shadow_relative(view, origin);
+      MapPoint at = shadow_project(view, relative);
+      PlaneDepth plane = plane_depth(info, view, relative, &at, normal);
+      global const float *map = maps + number * info->size_px * info->size_px;
+      lit = group ? lit_fraction(info, view, map, &at, &plane, group) : lit;
+    }
+    for (uint bits = lane_bits(active & (lit > FLOATL(0))); bits; bits &= bits - 1)
+      stream_add_weight(rays, capacity, first + lowest_bit(bits), slots, radiance, LANE_FLOAT(lit, lowest_bit(bits)));
+  }
+}
