@@ -1,20 +1,18 @@
 // Raster of camera visibility against rays on whole scenes: every sample of every scene in scenes/ and of the shared
 // models, bit for bit, by each way and at each width.
 
-#include <dirent.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
 #include <cmocka.h>
 
 #include "scene/scene_defaults.h"
 #include "support/gltf_build.h"
 #include "support/raster_fixture.h"
+#include "support/shared_models.h"
 
 enum { WIDTH = 108, HEIGHT = 68 };
 
@@ -58,41 +56,15 @@ static void shipped_scenes_are_seen_as_rays_see_them(void **state)
   check_shipped("scenes/field.glb", 2 * WIDTH * HEIGHT);
 }
 
-// The model in a folder of the assets: its .glb or .gltf.
-static bool model_in_folder(char path[1024], const char *assets, const char *folder)
+static void model_check(void *context, const char *path, Scene *scene)
 {
-  bool found = false;
-  snprintf(path, 1024, "%s/%s", assets, folder);
-  DIR *directory = opendir(path);
-  if (!directory) return false;
-  for (struct dirent *entry; (entry = readdir(directory));) {
-    const char *ending = strrchr(entry->d_name, '.');
-    if (!ending || (strcmp(ending, ".glb") && strcmp(ending, ".gltf"))) continue;
-    snprintf(path, 1024, "%s/%s/%s", assets, folder, entry->d_name);
-    found = true;
-  }
-  closedir(directory);
-  return found;
+  *(uint64_t *)context += scene_check(path, scene);
 }
 
 static void shared_models_are_seen_as_rays_see_them(void **state)
 {
-  const char *assets = gltf_assets();
-  char path[1024];
-  uint32_t models = 0;
   uint64_t hits = 0;
-  if (!assets) skip();
-  DIR *directory = opendir(assets);
-  assert_non_null(directory);
-  for (struct dirent *entry; (entry = readdir(directory));) {
-    if (entry->d_name[0] == '.' || !model_in_folder(path, assets, entry->d_name)) continue;
-    if (strstr(path, "Draco") || strstr(path, "Meshopt")) continue;  // compressed, which the import refuses
-    Scene scene = gltf_read_fine(path);
-    hits += scene_check(path, &scene);
-    models++;
-    scene_free(&scene);
-  }
-  closedir(directory);
+  uint32_t models = shared_models_visit(model_check, &hits);
   printf("%u models, %llu samples hit\n", models, (unsigned long long)hits);
   assert_true(models >= 40);
 }

@@ -22,6 +22,7 @@
 #define RANDOM_LIGHT_LOBE 1u
 #define RANDOM_LOBE 2u
 #define RANDOM_OCCLUSION 3u
+#define RANDOM_AREA 4u  // and more: one a light
 
 typedef struct RandomSource {
   UintL key, sample;

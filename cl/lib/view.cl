@@ -49,6 +49,20 @@ static inline bool bounds_meet(global const RasterBounds *bounds, constant Raste
   return true;
 }
 
+// Could anything within the bounds be on the map?
+static inline bool bounds_on_map(global const RasterBounds *bounds, constant RasterView *view)
+{
+  Float4 before = view->w;
+  before.w -= view->least_w;
+  Float4 planes[6] = {view->x,
+                      row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
+                      view->y,
+                      row_sum(row_scaled(view->y, -1), (float)view->height, view->w),
+                      row_sum(row_scaled(view->depth, -1), 1, view->w),
+                      before};
+  return bounds_meet(bounds, view, planes, view->parallel ? 5 : 6);
+}
+
 // Asks for a block that will be set up soon: this many after the one at hand.
 #define PREFETCH_BLOCKS 3
 

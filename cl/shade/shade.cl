@@ -16,6 +16,7 @@
 //   A ray's radiance is added slot by slot in the order of launches: no atomics, the same sum on every run.
 //   Streams are packed by one atomic per LANES rays; their order varies from run to run, the picture does not.
 
+#include "lib/area_light.cl"
 #include "lib/surface_samples.cl"
 
 typedef struct Lighting {
@@ -64,6 +65,20 @@ static inline void radiance_add(global float4 *radiance, UintL slot, IntL mask, 
                                                 LANE_FLOAT(value.z, lane), LANE_FLOAT(coverage, lane));
   }
 }
+
+#ifdef HAS_AREA_LIGHTS
+// Aims at a point of the light by chance. Returns the lanes inside it.
+static inline IntL light_point_choose(Lighting *light, uint kind, constant ShadeInfo *shade, uint number, UintL slot)
+{
+  RandomSource random = random_source(shade, slot);
+  FloatL x, y, versine;
+  random_point(random.key + UINTL(RANDOM_AREA + number), random.sample, &x, &y);
+  if (kind != LIGHT_KIND_DIRECTIONAL) return sphere_point(&light->to_light, &light->unit, shade->light_radius_m, x, y);
+  light->unit = cone_direction(light->unit, FLOATL(shade->light_sine), x, y, &versine);
+  light->to_light = light->unit;
+  return INTL(0);
+}
+#endif
 
 // About where a rough surface reflects: the lobe leans to the normal as it widens. The fourth power of roughness for a
 // shift was chosen by trial: it halves the error of roughness 0.7 to 1.
@@ -226,6 +241,12 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                                                      : brdf_pbr(&s.reflectance, s.normal, to_eye, light.unit);
       Vec3L arrives = mul3(mul3(f, light.irradiance), weight);
       IntL reached = lit & (dot3(s.geometric, light.unit) > zero) & (max_component3(arrives) > zero);
+#ifdef HAS_AREA_LIGHTS
+      IntL within = reached & light_point_choose(&light, lights[shade->first_light + i].kind, shade,
+                                                 shade->first_light + i, slot);
+      radiance_add(radiance, slot, within, arrives, zero);
+      reached = reached & !within & (dot3(s.geometric, light.unit) > zero);
+#endif
       if (shade->cast_shadows)
         stream_append_path(reached, origin, light.to_light, light.t_max, arrives, slot, SHADOWS_HAVE_RECEIVER,
                            LANE_AS_FLOAT(id), shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity,

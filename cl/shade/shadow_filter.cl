@@ -7,8 +7,8 @@
 //   out   radiance[slot] gains weight x lit fraction
 //
 //   SHADOW_BY_TEXEL   the texel that holds the point: lit or dark (Williams 1978)
-//   SHADOW_BY_PCF     kernel_px x kernel_px texels about it, the outer ones by the share that the kernel covers (Reeves,
-//                     Salesin, Cook 1987): an edge becomes a ramp kernel_px texels wide
+//   SHADOW_BY_PCF     kernel_px x kernel_px texels about it, the outer ones by the share that the kernel covers
+//                     (Reeves, Salesin, Cook 1987): an edge becomes a ramp kernel_px texels wide
 //   SHADOW_BY_PCSS    nearer texels within the light's reach give the width of its half-shadow, a disc that wide is
 //                     averaged (Fernando 2005); with radius 0 it is PCF of one texel
 //
@@ -19,9 +19,9 @@
 //   stands closer casts no shadow.
 //   A point outside all maps is lit; shadow_fit leaves none that the camera sees.
 //
-//   Fails at edges of shadows, by up to a texel's footprint (SHADOW_BY_TEXEL: half of it on average to either side); on
-//   finely curved surfaces, whose neighbouring triangles leave the receiver's plane within the kernel; where casters are
-//   thinner than a texel.
+//   Fails at edges of shadows, by up to a texel's footprint (SHADOW_BY_TEXEL: half of it on average to either side);
+//   on finely curved surfaces, whose neighbouring triangles leave the receiver's plane within the kernel; where casters
+//   are thinner than a texel.
 //   Cost  about 3 ns a ray and 1.5 ns a texel on a core.
 //
 //   From  Williams, "Casting Curved Shadows on Curved Surfaces", SIGGRAPH 1978; Reeves, Salesin, Cook, "Rendering
@@ -94,10 +94,10 @@ static inline FloatL map_fetch(global const float *map, uint size, IntL x, IntL 
 static inline FloatL texel_lit(global const float *map, uint size, const MapPoint *at, const PlaneDepth *plane, IntL x,
                                IntL y)
 {
-  FloatL half_texel = FLOATL(0.5f);
+  FloatL half_texel = FLOATL(0.5f), one = FLOATL(1);
   FloatL dx = LANE_CONVERT_FLOAT(x) + half_texel - at->x, dy = LANE_CONVERT_FLOAT(y) + half_texel - at->y;
-  FloatL receiver = plane->depth + plane->by_x * dx + plane->by_y * dy;
-  return receiver <= map_fetch(map, size, x, y) + plane->slack ? FLOATL(1) : FLOATL(0);
+  FloatL receiver = plane->depth + plane->by_x * dx + plane->by_y * dy - plane->slack;
+  return min_lane(receiver, one) <= map_fetch(map, size, x, y) ? one : FLOATL(0);  // 1: nothing is there
 }
 
 // Share of a kernel of `size` from `left` on that texel `at` .. `at` + 1 covers.
@@ -123,8 +123,8 @@ static inline float lit_by_kernel(global const float *map, uint size, uint kerne
   for (int y = y0; y <= y0 + (int)kernel_px; y++) {
     float row = 0;
     for (int x = x0; x <= x0 + (int)kernel_px; x++)
-      row += kernel_share((float)x, left, side) * texel_lit(map, size, at, plane, x, y);
-    sum += kernel_share((float)y, top, side) * row;
+      row += kernel_share((float)(x - x0), left - (float)x0, side) * texel_lit(map, size, at, plane, x, y);
+    sum += kernel_share((float)(y - y0), top - (float)y0, side) * row;
   }
   return sum / (side * side);
 }
@@ -148,12 +148,12 @@ static inline FloatL lit_by_kernel(global const float *map, uint size, uint kern
     int x0 = clamp((int)floor(left * 0.25f), 0, last), x1 = clamp((int)floor((left + side) * 0.25f), 0, last);
     int y0 = clamp((int)floor(top * 0.25f), 0, last), y1 = clamp((int)floor((top + side) * 0.25f), 0, last);
     for (int y = y0; y <= y1; y++) {
-      float16 share_y = kernel_share(block_y + (float)(4 * y), top, side);
+      float16 share_y = kernel_share(block_y, top - (float)(4 * y), side);
       for (int x = x0; x <= x1; x++) {
-        float16 share = kernel_share(block_x + (float)(4 * x), left, side) * share_y;
+        float16 share = kernel_share(block_x, left - (float)(4 * x), side) * share_y;
         float receiver = depth + by_x * ((float)(4 * x) + 0.5f - px) + by_y * ((float)(4 * y) + 0.5f - py);
         float16 there = vload16(y * (last + 1) + x, map);
-        sum += step + receiver <= there ? share : (float16)0;
+        sum += (step + receiver <= there) | (there >= 1) ? share : (float16)0;
       }
     }
     float8 half_sum = sum.lo + sum.hi;
@@ -191,7 +191,7 @@ static inline FloatL blockers(FloatL *count, constant ShadowView *view, global c
     FloatL across_x = LANE_CONVERT_FLOAT(x) + FLOATL(0.5f) - at->x,
            across_y = LANE_CONVERT_FLOAT(y) + FLOATL(0.5f) - at->y;
     FloatL receiver = plane->depth + plane->by_x * across_x + plane->by_y * across_y;
-    IntL before = receiver > depth + plane->slack;
+    IntL before = (receiver > depth + plane->slack) & (depth < one);
     FloatL closeness =
         view->raster.parallel ? depth : (depth - FLOATL(view->raster.depth_far)) * FLOATL(1 / view->raster.depth_by_w);
     sum += before ? closeness : FLOATL(0);

@@ -47,8 +47,9 @@ typedef struct ShadeInfo {
   uint random_key;                            // of seed and path
   uint first_tile, tile_count, first_sample;  // of the wave
   uint tiles_per_row, crop_x, crop_y;         // of the picture, as in CameraInfo
+  float light_radius_m, light_sine;  // with HAS_AREA_LIGHTS: of spheres; of what directional ones subtend, halved
 } ShadeInfo;
-SHARED_SIZE(ShadeInfo, 108);
+SHARED_SIZE(ShadeInfo, 116);
 
 // Counters of the streams that a launch appends to: shadow rays by light of the batch, reflected rays, what BLEND lets
 // through, and the environment's rays by segment.

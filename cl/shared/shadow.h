@@ -27,6 +27,7 @@ SHARED_SIZE(ShadowView, 180);
 #define SHADOW_BY_TEXEL 0u
 #define SHADOW_BY_PCF 1u
 #define SHADOW_BY_PCSS 2u
+#define SHADOW_BY_TRIANGLES 3u  // hybrid
 
 typedef struct ShadowInfo {
   uint method;  // SHADOW_BY_*
@@ -45,13 +46,34 @@ SHARED_SIZE(ShadowInfo, 36);
 #define SHADOW_DISC_TAPS 32
 #define SHADOW_DISC_PX 24
 
-// Lists of hybrid shadows: for each texel what may stand before a point that is seen through it.
-#define SHADOW_LIST_LENGTH 6
+// What hybrid shadows know of a block of 4 x 4 texels; texel (x, y) of a map is entry y % 4 * 4 + x % 4 of block
+// (x / 4, y / 4). Closeness is 1 / w, or in parallel projection -depth: what is closer to the light has more of it. A
+// ray from a point that is closer than `nearest` is lit, one from a point that is less close than `covered` is dark,
+// each beyond SHADOW_ROUNDING; between them `count` triangles may stand in the way, of which the first SHADOW_NUMBERS
+// are named.
+#define SHADOW_NUMBERS 8
 
-typedef struct ShadowHead {
-  uint nearest;  // bits of a float: no triangle of the texel is nearer; w, or in parallel projection depth, from 0 on
-  uint count;    // of triangles; those beyond SHADOW_LIST_LENGTH are not in the list
-} ShadowHead;
-SHARED_SIZE(ShadowHead, 8);
+typedef struct ShadowBlock {
+  float nearest[16];  // no triangle of the texel is closer
+  float covered[16];  // one that hides all of the texel is this close everywhere in it
+  uint count[16];
+  uint number[SHADOW_NUMBERS][16];  // in the order of the BVH's leaves
+} ShadowBlock;
+SHARED_SIZE(ShadowBlock, 704);
+
+#define SHADOW_ROUNDING 2e-5f           // of 1 / w, relative
+#define SHADOW_ROUNDING_PARALLEL 4e-6f  // of depths in [0, 1]
+
+// Words of a triangle's record for them (cl/raster/shadow_setup.cl).
+#define LIST_EDGE 0  // 3 times (x, y, constant), floats: >= 0 where texel (x, y) may be touched
+// Floats: closeness over texel (x, y) is at most [0] + [1] x + [2] y; [3] the most and [4] the least of the vertices';
+// [5] what rounding may do to an edge.
+#define LIST_NEAR 9
+#define LIST_TEXELS 15  // first x | last x << 16, the same for y
+#define LIST_BINS 17    // the same in bins
+#define LIST_NUMBER 19  // of the triangle in the blocks
+#define LIST_HIDES 20   // 1: what lies behind it is dark
+#define LIST_WORDS 32
+#define LIST_PADDING 0.05f  // texels by which all are taken to be larger
 
 #endif

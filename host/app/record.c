@@ -85,6 +85,24 @@ Status record_make(char **out, const RenderOptions *options, const Plan *plan, c
   return STATUS_OK;
 }
 
+// Each light's maps, and for hybrid shadows how many rays they left to be traced. A light without maps has 0 views.
+static json_t *shadow_maps_json(const Plan *plan, const Frame *frame)
+{
+  const ShadowHybrid *hybrid = &frame->shadow_hybrid;
+  bool is_hybrid = plan->shadows == SHADOWS_HYBRID;
+  json_t *lights = json_array();
+  for (uint32_t i = 0; i < frame->scene->light_count; i++) {
+    const ShadowInfo *info = is_hybrid ? &hybrid->lights[i].info : &frame->shadow_maps.lights[i].info;
+    json_array_append_new(lights, json_pack("{s:i, s:i}", "size", (int)info->size_px, "views", (int)info->view_count));
+  }
+  json_t *out = json_pack("{s:o}", "lights", lights);
+  if (out && is_hybrid) {
+    json_object_set_new(out, "rays", json_integer((json_int_t)hybrid->rays));
+    json_object_set_new(out, "traced", json_integer((json_int_t)hybrid->traced));
+  }
+  return out;
+}
+
 json_t *record_stats(const RecordSources *sources)
 {
   const RenderOptions *options = sources->options;
@@ -121,6 +139,8 @@ json_t *record_stats(const RecordSources *sources)
     failed |= json_object_set_new(stats, "raster",
                                   json_pack("{s:I, s:I}", "block_tests", (json_int_t)sources->raster->block_tests,
                                             "samples_covered", (json_int_t)sources->raster->samples_covered)) != 0;
+  if (plan_uses_shadow_maps(plan))
+    failed |= json_object_set_new(stats, "shadow_maps", shadow_maps_json(plan, sources->frame)) != 0;
   if (!failed) return stats;
   json_decref(stats);
   return NULL;

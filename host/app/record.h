@@ -22,6 +22,7 @@ typedef struct RecordSources {
   const Plan *plan;
   const Timeline *timeline;
   const RasterCost *raster;  // NULL where rays found what the camera sees
+  const Frame *frame;        // its shadow maps
   double total_ms;
 } RecordSources;
 

@@ -282,7 +282,7 @@ static Status reports_write(const Job *job)
     RasterCost cost;
     if (raster) TRY(raster_visibility_cost(&cost, &job->frame.raster, job->device, job->log));
     stats = record_stats(&(RecordSources){options, job->record, job->exposure_ev, &job->device_scene, job->device,
-                                          &job->plan, &job->timeline, raster ? &cost : NULL, total_ms});
+                                          &job->plan, &job->timeline, raster ? &cost : NULL, &job->frame, total_ms});
     TRY(json_write(options->stats_path, stats, job->log));
   }
   if (options->trace_path) TRY(profile_write_trace(options->trace_path, &job->timeline, job->log));

@@ -203,7 +203,7 @@ static DeviceTraits traits_for(const DeviceInfo *info)
   return (DeviceTraits){.lanes = info->vector_width >= 16 ? 16 : 8,
                         .rays_per_item = 64,
                         .group_size = 1,
-                        .wave_rays = 1u << 18,
+                        .wave_rays = 1u << 15,
                         .wide_bvh = true,
                         .fast_fma = host_has_fma()};
 }

@@ -132,7 +132,7 @@ Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, T
   device_scene_features(&made, scene);
   made.has_mirrors = flat.has_mirrors;
   made.environment_lights = flat.environment_lights;
-  made.environment_source = &scene->environment;
+  made.source = scene;
   made.least_roughness = flat.least_roughness;
   *out = made;
   made = (DeviceScene){0};

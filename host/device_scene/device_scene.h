@@ -15,7 +15,7 @@ typedef struct DeviceScene {
   LightInfo *light_infos;  // [light_count], the host's copy of `lights`
   Vec3 low, high;          // bounds, world space; zero where nothing is drawn
 
-  const Environment *environment_source;  // the host's, which must outlive this
+  const Scene *source;  // the host's, which must outlive this
 
   uint32_t vertex_count, triangle_count, object_count, light_count, material_count;
   bool has_textures, has_normal_maps, has_masks, has_blends, has_colors, has_mirrors;

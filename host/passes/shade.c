@@ -12,7 +12,7 @@ static Status environment_prepare(Shader *shader, Device *device, const DeviceSc
   Status status = STATUS_OK;
   EnvironmentTable table = {0};
   EnvironmentLevels levels = {0};
-  if (plan->lobes && scene->environment_lights) TRY(environment_table_make(&table, scene->environment_source, log));
+  if (plan->lobes && scene->environment_lights) TRY(environment_table_make(&table, &scene->source->environment, log));
   bool by_image = table.count > 0;
   if (plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED) shader->environment_segments = by_image ? 2 : 1;
   if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) shader->environment_segments = OCCLUSION_RAYS;
@@ -21,7 +21,7 @@ static Status environment_prepare(Shader *shader, Device *device, const DeviceSc
   bool harmonics =
       plan->environment_light == ENVIRONMENT_LIGHT_SH || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
   if (harmonics && scene->environment_lights)
-    TRY(environment_levels_make(&levels, scene->environment_source, scene->least_roughness, log));
+    TRY(environment_levels_make(&levels, &scene->source->environment, scene->least_roughness, log));
   TRY(buffer_create(&shader->environment_levels, device, levels.count * sizeof *levels.pixels, levels.pixels,
                     "environment levels", log));
   TRY(buffer_create(&shader->environment_table, device, table.count * sizeof *table.values, table.values,
@@ -40,6 +40,7 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const 
   char options[256];
   device_scene_options(scene, options, sizeof options);
   if (plan->lobes) strcat(options, "-D HAS_LOBES ");
+  if (plan->shadows == SHADOWS_AREA) strcat(options, "-D HAS_AREA_LIGHTS ");
   if (plan_uses_shadow_maps(plan)) strcat(options, "-D HAS_SHADOW_MAPS ");
   if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) strcat(options, "-D HAS_OCCLUSION_RAYS ");
   TRY(environment_prepare(&shader, device, scene, plan, log));

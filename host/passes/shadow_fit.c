@@ -5,12 +5,12 @@
 #include "shared/raster.h"
 
 static const double spot_widest = 1.7320508;                // tangent of half of 120 degrees
-static const double near_share = 1e-3, least_share = 1e-6;  // of the greatest depth
+static const double near_share = 1e-2, least_share = 1e-6;  // of the greatest depth
 static const double depth_rounding = 8 / 16777216.0;        // of depths in [0, 1]
 // Of a texel: what a bent surface is given, and more for a wider kernel. Found by trial on fluted columns, hills and a
 // room: without it three times as many pixels are wrong, with twice as much half of the contacts open.
 static const float slope_px = 0.25f;
-static const uint32_t texels_most = 1u << 24;
+static const uint32_t texels_most = 1u << 24, sure_texels_most = 1u << 22;  // of a light
 enum { CASCADES_MOST = 3, GRID = 6 };
 
 static Vec3 wide(Float3 v) { return vec3(v.x, v.y, v.z); }
@@ -127,11 +127,12 @@ static double size_by_magnification(const ShadowScope *scope, Vec3 light, double
   return sizes[count / 2];
 }
 
-static uint32_t size_choose(const ShadowOptions *options, double wanted, uint32_t views)
+static uint32_t size_choose(const ShadowFit *fit, const ShadowOptions *options, double wanted, uint32_t views)
 {
+  uint32_t all_most = fit->info.method == SHADOW_BY_TRIANGLES ? sure_texels_most : texels_most;
   uint32_t most = options->map_size_px ? options->map_size_px : SHADOW_MAP_MOST_PX;
   uint32_t size = options->map_size_px ? options->map_size_px : power_of_two_from(wanted, most);
-  while (size > SHADOW_MAP_LEAST_PX && !options->map_size_px && (uint64_t)size * size * views > texels_most) size /= 2;
+  while (size > SHADOW_MAP_LEAST_PX && !options->map_size_px && (uint64_t)size * size * views > all_most) size /= 2;
   return size;
 }
 
@@ -141,8 +142,12 @@ static bool local_light_fit(ShadowFit *fit, const LightInfo *light, const Shadow
   static const Vec3 faces[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   ShadowInfo *info = &fit->info;
   Vec3 eye = wide(light->position);
-  double farthest = 0, tangent = 1;
-  for (int i = 0; i < 8; i++) farthest = fmax(farthest, vec3_length(vec3_sub(box_corner(scope, i), eye)));
+  double farthest = 0, nearest = INFINITY, tangent = 1;
+  for (int i = 0; i < 8; i++) {
+    Vec3 corner = vec3_sub(box_corner(scope, i), eye);
+    farthest = fmax(farthest, vec3_length(corner));
+    nearest = fmin(nearest, vec3_dot(corner, wide(light->direction)));
+  }
   farthest = fmax(fmin(farthest, light->range_m), 1e-30);
   bool spot = light->kind == LIGHT_KIND_SPOT;
   if (spot) {
@@ -153,12 +158,14 @@ static bool local_light_fit(ShadowFit *fit, const LightInfo *light, const Shadow
   info->views = spot ? SHADOW_VIEWS_ONE : SHADOW_VIEWS_CUBE;
   info->view_count = spot ? 1 : 6;
   if (!spot) tangent = 1;
-  info->size_px = size_choose(options, size_by_magnification(scope, eye, 2 * tangent), info->view_count);
+  double near_m = near_share * farthest;
+  if (spot) near_m = fmin(fmax(near_m, 0.9 * nearest), 0.9 * farthest);
+  info->size_px = size_choose(fit, options, size_by_magnification(scope, eye, 2 * tangent), info->view_count);
   if (info->size_px <= 2 * info->gutter_px) info->gutter_px = info->size_px / 2 - 1;
   tangent *= info->size_px / (double)(info->size_px - 2 * info->gutter_px);
   for (uint32_t i = 0; i < info->view_count; i++)
-    fit->views[i] = view_perspective(eye, axes_about(spot ? wide(light->direction) : faces[i]), tangent,
-                                     near_share * farthest, farthest * 1.001, info->size_px);
+    fit->views[i] = view_perspective(eye, axes_about(spot ? wide(light->direction) : faces[i]), tangent, near_m,
+                                     farthest * 1.001, info->size_px);
   info->radius = options->light_radius_m;
   info->depth_slack = (float)depth_rounding;
   return true;
@@ -258,7 +265,7 @@ static bool directional_light_fit(ShadowFit *fit, const LightInfo *light, const 
   double pixels = fmax(scope->camera->width, scope->camera->height);
   info->views = SHADOW_VIEWS_CASCADES;
   info->view_count = count;
-  info->size_px = size_choose(options, pixels, count);
+  info->size_px = size_choose(fit, options, pixels, count);
   if (info->size_px <= 2 * info->gutter_px + 2) info->gutter_px = info->size_px / 2 - 2;
   for (uint32_t i = 0; i < count; i++) fit->views[i] = cascade_view(&boxes[i], &whole, axes, info);
   double depth_m = vec3_length(wide(fit->views[0].axis));
@@ -274,7 +281,10 @@ bool shadow_fit(ShadowFit *out, const LightInfo *light, ShadowMethod method, con
   *out = (ShadowFit){.info = {.kernel_px = 1}};
   if (!(brightest > 0) || !vec3_is_finite(wide(light->position))) return false;
   ShadowInfo *info = &out->info;
-  info->method = method == SHADOWS_PCSS ? SHADOW_BY_PCSS : method == SHADOWS_PCF ? SHADOW_BY_PCF : SHADOW_BY_TEXEL;
+  info->method = method == SHADOWS_PCSS     ? SHADOW_BY_PCSS
+                 : method == SHADOWS_PCF    ? SHADOW_BY_PCF
+                 : method == SHADOWS_HYBRID ? SHADOW_BY_TRIANGLES
+                                            : SHADOW_BY_TEXEL;
   if (method == SHADOWS_PCF) info->kernel_px = options->kernel_px;
   info->slope_px = slope_px * (float)(1 + (method == SHADOWS_PCSS ? 3 : info->kernel_px)) + 2.0f / RASTER_SNAP;
   info->gutter_px = method == SHADOWS_PCSS ? SHADOW_DISC_PX + 1 : info->kernel_px / 2 + 2;

@@ -1,5 +1,6 @@
 #include "render/frame.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "shared/raster.h"
@@ -75,7 +76,10 @@ static Status raster_make(Frame *frame, Log *log)
   const Plan *plan = &frame->request.plan;
   bool raster = plan->primary == PRIMARY_RASTER, maps = plan_uses_shadow_maps(plan);
   if (raster || maps) TRY(raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &options, log));
-  if (maps)
+  if (plan->shadows == SHADOWS_HYBRID)
+    TRY(shadow_hybrid_make(&frame->shadow_hybrid, frame->device, frame->scene, &frame->raster_scene, plan,
+                           &frame->camera.info, frame->capacity, log));
+  else if (maps)
     TRY(shadow_maps_make(&frame->shadow_maps, frame->device, frame->scene, &frame->raster_scene, plan,
                          &frame->camera.info, log));
   if (!raster) goto done;
@@ -126,6 +130,7 @@ void frame_free(Frame *frame)
   camera_rays_free(&frame->camera);
   raster_visibility_free(&frame->raster);
   shadow_maps_free(&frame->shadow_maps);
+  shadow_hybrid_free(&frame->shadow_hybrid);
   raster_scene_free(&frame->raster_scene);
   tracer_free(&frame->tracer);
   shader_free(&frame->shader);
@@ -195,6 +200,8 @@ static ShadeInfo shade_info(const Frame *frame, const Wave *wave, uint32_t depth
       .tiles_per_row = camera->tiles_per_row,
       .crop_x = camera->crop_x,
       .crop_y = camera->crop_y,
+      .light_radius_m = plan->shadow_options.light_radius_m,
+      .light_sine = (float)sin(plan->shadow_options.light_angle_rad),
   };
 }
 
@@ -224,6 +231,9 @@ static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_
   if (shadow_maps_have(&frame->shadow_maps, light))
     return shadow_maps_filter(&frame->shadow_maps, frame->device, frame->scene, light, streams->shadow, segment, count,
                               streams->radiance, log);
+  if (shadow_hybrid_has(&frame->shadow_hybrid, light) && count > 0)
+    return shadow_hybrid_trace(&frame->shadow_hybrid, &frame->tracer, frame->device, frame->scene, light,
+                               streams->shadow, segment, count, streams->radiance, coherence, log);
   return trace_any(&frame->tracer, frame->device, frame->scene, streams->shadow, segment, count, streams->radiance,
                    coherence, "trace shadow rays", log);
 }

@@ -6,6 +6,7 @@
 #include "passes/film.h"
 #include "passes/raster_visibility.h"
 #include "passes/shade.h"
+#include "passes/shadow_hybrid.h"
 #include "passes/shadow_maps.h"
 #include "passes/trace.h"
 #include "plan/plan.h"
@@ -45,7 +46,8 @@ typedef struct Frame {
   CameraRays camera;
   RasterScene raster_scene;  // with PRIMARY_RASTER or shadow maps
   RasterVisibility raster;   // with PRIMARY_RASTER
-  ShadowMaps shadow_maps;    // where the plan's shadows use them
+  ShadowMaps shadow_maps;    // where the plan's shadows use them, as `shadow_hybrid`
+  ShadowHybrid shadow_hybrid;
   Tracer tracer;
   Shader shader;
   Film film;

@@ -65,6 +65,7 @@ PictureRequest picture_request(uint32_t width, uint32_t height, uint32_t samples
                                        .height = height,
                                        .samples = samples,
                                        .shadows = SHADOWS_RAYS,
+                                       .shadow_options = {.kernel_px = 3},
                                        .reflections = REFLECTIONS_RAYS,
                                        .environment_light = ENVIRONMENT_LIGHT_SH,
                                        .max_depth = 8,

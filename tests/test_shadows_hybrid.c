@@ -1,0 +1,192 @@
+// Hybrid shadows are those of rays: the same pictures, with few rays traced.
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "scene/scene_defaults.h"
+#include "support/gltf_build.h"
+#include "support/picture_fixture.h"
+#include "support/scene_build.h"
+#include "support/scene_features.h"
+#include "support/shared_models.h"
+#include "support/test_device.h"
+
+// Pixels in which the two differ at all; the pictures show something, and shadows among it.
+static uint32_t pixels_apart(const Scene *scene, const Camera *camera, PictureRequest request)
+{
+  request.settings.shadows = SHADOWS_RAYS;
+  Picture rays = picture_render(scene, camera, &request);
+  request.settings.shadows = SHADOWS_HYBRID;
+  Picture hybrid = picture_render(scene, camera, &request);
+  uint32_t apart = 0, pixels = rays.width * rays.height;
+  for (uint32_t i = 0; i < pixels; i++)
+    apart += memcmp(rays.radiance[i], hybrid.radiance[i], sizeof rays.radiance[i]) != 0;
+  picture_free(&rays);
+  picture_free(&hybrid);
+  return apart;
+}
+
+static void assert_shadows_seen(const Scene *scene, const Camera *camera, PictureRequest request)
+{
+  request.settings.shadows = SHADOWS_RAYS;
+  Picture rays = picture_render(scene, camera, &request);
+  request.settings.shadows = SHADOWS_NONE;
+  Picture none = picture_render(scene, camera, &request);
+  uint32_t dark = 0, pixels = rays.width * rays.height;
+  for (uint32_t i = 0; i < pixels; i++) dark += rays.radiance[i][1] < none.radiance[i][1];
+  assert_true(dark > pixels / 100 && dark < pixels);
+  picture_free(&rays);
+  picture_free(&none);
+}
+
+static void check_same(const Scene *scene, const Camera *camera, PictureRequest request)
+{
+  assert_shadows_seen(scene, camera, request);
+  assert_int_equal(pixels_apart(scene, camera, request), 0);
+}
+
+// Every kind of material, alpha and light, at every width; maps from far too small to large.
+static void every_feature_is_judged_alike(void **state)
+{
+  static const uint32_t lanes[] = {16, 8, 1}, sizes[] = {16, 128, 0};
+  Scene scene = scene_features();
+  Camera camera = scene_features_camera();
+  for (int i = 0; i < (test_on_gpu() ? 1 : 3); i++) {
+    PictureRequest request = picture_request(97, 71, 2);
+    request.lanes = lanes[i];
+    request.settings.shadow_options.map_size_px = sizes[i];
+    check_same(&scene, &camera, request);
+  }
+  scene_free(&scene);
+}
+
+// A wall of boxes, balls and open sheets between three kinds of light and a floor.
+static Scene scene_casters(void)
+{
+  Scene scene = scene_empty();
+  int grey = scene_add_material(&scene, material_plain(vec3(0.7, 0.7, 0.7), 0, 1));
+  Material thin = material_plain(vec3(0.3, 0.5, 0.2), 0, 1);
+  thin.double_sided = true;
+  int leaf = scene_add_material(&scene, thin);
+  scene_add_quad(&scene, grey, vec3(-6, 0, 6), vec3(12, 0, 0), vec3(0, 0, -12));
+  for (int i = 0; i < 5; i++) {
+    scene_add_box(&scene, grey, vec3(-4 + 2 * i, 0, -2), vec3(-3.2 + 2 * i, 0.6 + 0.3 * i, -1.4));
+    scene_add_sphere(&scene, grey, vec3(-4 + 2 * i, 0.5 + 0.1 * i, 1), 0.5, 6 + 4 * i);
+    scene_add_quad(&scene, leaf, vec3(-4 + 1.7 * i, 1.5, 2), vec3(0.9, 0.3 * i - 0.5, 0.2), vec3(0.1, 0.6, 0.4));
+  }
+  return scene;
+}
+
+static void each_kind_of_light_is_judged_alike(void **state)
+{
+  Camera camera = camera_perspective(vec3(1, 5, 9), vec3(0, 0.4, 0), 0.8);
+  for (int kind = 0; kind < 4; kind++) {
+    Scene scene = scene_casters();
+    scene_add_light(&scene, kind == 0   ? light_point(vec3(0.3, 3.1, 0.2), 60)
+                            : kind == 1 ? light_spot(vec3(3, 5, 5), vec3(0, 0, 0), 200, 0.4, 0.6)
+                            : kind == 2 ? light_spot(vec3(1, 4, 2), vec3(0, 0, 0), 100, 1.2, 1.5)
+                                        : light_directional(vec3(-0.4, -1, -0.3), 3));
+    check_same(&scene, &camera, picture_request(160, 100, 1));
+    scene_free(&scene);
+  }
+}
+
+// A camera or a light inside closed surfaces, and surfaces wound inside out: where the rule of averted triangles has
+// its conditions.
+static void closed_surfaces_are_left_out_where_that_is_right_alone(void **state)
+{
+  for (int variant = 0; variant < 4; variant++) {
+    Scene scene = scene_casters();
+    int grey = 0, leaf = 1;
+    if (variant == 0) scene_add_box(&scene, grey, vec3(-0.5, 2.5, -0.5), vec3(0.9, 3.5, 0.8));  // about the light
+    // About all but one light, seen from within: that light crosses fronts alone on its way in.
+    if (variant == 1) scene_add_box(&scene, leaf, vec3(-7, -1, -7), vec3(7, 7, 10));
+    if (variant == 2) scene_add_box(&scene, grey, vec3(0.5, 4.5, 8.5), vec3(1.5, 5.5, 9.5));  // about the camera
+    if (variant == 3) {  // a ball turned inside out
+      uint32_t ball = scene_add_sphere(&scene, grey, vec3(0, 1.6, 0), 0.5, 12);
+      Primitive *primitive = &scene.meshes[scene.objects[ball].mesh].primitives[0];
+      for (uint32_t i = 0; i < primitive->triangle_count; i++) {
+        uint32_t corner = primitive->triangles[i][1];
+        primitive->triangles[i][1] = primitive->triangles[i][2];
+        primitive->triangles[i][2] = corner;
+      }
+    }
+    scene_add_light(&scene, light_point(vec3(0.3, variant == 1 ? 9 : 3.1, 0.2), 60));
+    scene_add_light(&scene, light_point(vec3(-3, 2.5, 4), 30));
+    Camera camera = camera_perspective(vec3(1, 5, 9), vec3(0, 0.4, 0), 0.8);
+    camera.znear_m = 0.05;
+    assert_int_equal(pixels_apart(&scene, &camera, picture_request(160, 100, 1)), 0);
+    scene_free(&scene);
+  }
+}
+
+static void shipped_scenes_are_judged_alike(void **state)
+{
+  static const char *const paths[] = {"scenes/room.glb", "scenes/colonnade.glb", "scenes/chrome.glb"};
+  for (int i = 0; i < 3; i++) {
+    Scene scene = gltf_read_fine(paths[i]);
+    Camera camera;
+    picture_assert_ok(scene_camera_choose(&camera, &scene, NULL, 16.0 / 9, &picture_log));
+    PictureRequest request = picture_request(320, 180, 1);
+    request.settings.shadow_options.map_size_px = 256;
+    check_same(&scene, &camera, request);
+    scene_free(&scene);
+  }
+}
+
+typedef struct Verdicts {
+  uint64_t pixels, apart;
+} Verdicts;
+
+// Lit from outside of its bounds by each kind of light in turn.
+static void model_judge(void *context, const char *path, Scene *scene)
+{
+  Verdicts *verdicts = context;
+  Vec3 low, high;
+  Camera camera;
+  if (!scene_bounds(scene, &low, &high)) return;
+  picture_assert_ok(scene_camera_choose(&camera, scene, "fit", 1.5, &picture_log));
+  Vec3 center = vec3_scale(vec3_add(low, high), 0.5);
+  double size = vec3_length(vec3_sub(high, low));
+  Vec3 above = vec3_add(center, vec3_scale(vec3(0.3, 0.8, 0.4), size));
+  for (uint32_t i = 0; i < scene->light_count; i++) scene->lights[i].intensity = 0;
+  scene_add_light(scene, light_point(above, 1));
+  Light *light = &scene->lights[scene->light_count - 1];
+  for (int kind = 0; kind < 3; kind++) {
+    char *name = light->name;
+    *light = kind == 0   ? light_point(above, size * size)
+             : kind == 1 ? light_spot(above, center, 3 * size * size, 0.3, 0.7)
+                         : light_directional(vec3(-0.5, -0.7, -0.3), 3);
+    light->name = name;
+    uint32_t apart = pixels_apart(scene, &camera, picture_request(120, 80, 1));
+    if (apart) printf("%s: light %d: %u pixels apart\n", path, kind, apart);
+    verdicts->pixels += 120 * 80;
+    verdicts->apart += apart;
+  }
+}
+
+static void shared_models_are_judged_alike(void **state)
+{
+  Verdicts verdicts = {0};
+  assert_true(shared_models_visit(model_judge, &verdicts) >= 40);
+  printf("%llu of %llu pixels apart\n", (unsigned long long)verdicts.apart, (unsigned long long)verdicts.pixels);
+  assert_true(verdicts.apart * 100000 <= verdicts.pixels);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(every_feature_is_judged_alike),
+      cmocka_unit_test(each_kind_of_light_is_judged_alike),
+      cmocka_unit_test(closed_surfaces_are_left_out_where_that_is_right_alone),
+      cmocka_unit_test(shipped_scenes_are_judged_alike),
+      cmocka_unit_test(shared_models_are_judged_alike),
+  };
+  return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
+}
