@@ -47,6 +47,26 @@ static void refused(const char *words, const char *message)
     fail_msg("'%s' gives %d, %s; expected: %s", words, (int)status, test_log.error, message);
 }
 
+static void shadow_options_are_checked(void **state)
+{
+  RenderOptions o =
+      parsed("--shadows pcss --shadow-map-size 1024 --shadow-kernel 5 --light-radius 0.25 --light-angle 0.5");
+  const ShadowOptions *shadows = &o.settings.shadow_options;
+  assert_int_equal(o.settings.shadows, SHADOWS_PCSS);
+  assert_int_equal(shadows->map_size_px, 1024);
+  assert_int_equal(shadows->kernel_px, 5);
+  assert_true(shadows->light_radius_m == 0.25f && fabs(shadows->light_angle_rad - M_PI / 360) < 1e-12);
+  assert_int_equal(parsed("--shadow-map-size auto").settings.shadow_options.map_size_px, 0);
+  refused("--shadow-map-size 1000000", "--shadow-map-size 1000000: not valid: expected a whole number from 16 to 8192");
+  refused("--shadow-map-size 0", "--shadow-map-size 0: not valid");
+  refused("--shadow-map-size 1026", "--shadow-map-size 1026: not valid: expected a multiple of 4");
+  refused("--shadow-kernel 4", "--shadow-kernel 4: not valid: expected an odd number");
+  refused("--light-radius nan", "--light-radius nan: not valid");
+  refused("--light-radius -1", "--light-radius -1: not valid");
+  refused("--light-angle 60", "--light-angle 60: not valid");
+  refused("--shadows soft", "--shadows soft: no such value");
+}
+
 static void defaults_are_those_of_the_help(void **state)
 {
   RenderOptions o = parsed("");
@@ -304,6 +324,7 @@ static void the_help_tells_all(void **state)
 int main(void)
 {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(shadow_options_are_checked),
       cmocka_unit_test(defaults_are_those_of_the_help),
       cmocka_unit_test(each_option_sets_its_own_field),
       cmocka_unit_test(the_environment_is_a_file_a_colour_or_a_word),

@@ -199,6 +199,75 @@ static void a_half_hidden_light_lights_by_its_visible_part(void **state)
   }
 }
 
+// Lights that make no sense, or stand where none should, spoil nothing: what the others light stays.
+static void odd_lights_spoil_nothing(void **state)
+{
+  Camera camera = camera_above();
+  Light odd[] = {
+      light_point(vec3(0, 6, 5), 0),                          // without power
+      light_point(vec3(0, 6, 5), 1),                          // in the camera
+      light_point(vec3(0, 0, 0.5), 1),                        // on the floor, on the box's wall
+      light_point(vec3(0, 0.5, 0), 50),                       // within the box
+      light_point(vec3(1e15, 1e15, 0), 1),                    // next to nowhere
+      light_spot(vec3(2, 3, 0), vec3(2, 3, 0), 5, 0.2, 0.3),  // looks nowhere
+      light_spot(vec3(2, 3, 0), vec3(0, 0, 0), 5, 0, 1e-6),   // through a slit
+      light_point(vec3(1, 2, 0), NAN),
+      light_point(vec3(NAN, 2, 0), 1),
+  };
+  for (size_t i = 0; i < sizeof odd / sizeof *odd; i++)
+    for (int m = SHADOWS_MAP; m <= SHADOWS_AREA; m++) {
+      Scene scene = scene_floor(true);
+      scene_add_light(&scene, light_at(50, false));
+      scene_add_light(&scene, odd[i]);
+      PictureRequest request = request_of((ShadowMethod)m);
+      request.settings.shadow_options = (ShadowOptions){.map_size_px = 64, .kernel_px = 3, .light_radius_m = 0.1f};
+      Picture picture = picture_render(&scene, &camera, &request);
+      bool sound = isfinite(odd[i].intensity) && vec3_is_finite(odd[i].position_world);
+      if (sound) picture_assert_signal(&picture, 0.1);
+      picture_free(&picture);
+      scene_free(&scene);
+    }
+}
+
+static void one_triangle_is_a_scene(void **state)
+{
+  Scene scene = scene_empty();
+  int white = scene_add_material(&scene, material_plain(vec3(0.8, 0.8, 0.8), 0, 1));
+  scene_add_triangle(&scene, white, (Vec3[]){{-3, 0, 3}, {3, 0, 3}, {0, 0, -3}},
+                     (Vec3[]){{0, 1, 0}, {0, 1, 0}, {0, 1, 0}});
+  scene_add_light(&scene, light_at(30, false));
+  Camera camera = camera_above();
+  PictureRequest request = request_of(SHADOWS_RAYS);
+  Picture rays = picture_render(&scene, &camera, &request);
+  for (int m = SHADOWS_MAP; m <= SHADOWS_HYBRID; m++) {
+    request.settings.shadows = (ShadowMethod)m;
+    Picture mapped = picture_render(&scene, &camera, &request);
+    assert_true(share_wrong(&rays, &mapped) == 0);
+    picture_free(&mapped);
+  }
+  picture_free(&rays);
+  scene_free(&scene);
+}
+
+// Lights for whose maps there is no room are traced, and that is said.
+static void lights_beyond_the_budget_are_traced(void **state)
+{
+  Camera camera = camera_above();
+  Scene scene = scene_floor(true);
+  for (int i = 0; i < 5; i++) scene_add_light(&scene, light_at(20 + 10 * i, true));
+  PictureRequest request = request_of(SHADOWS_RAYS);
+  Picture rays = picture_render(&scene, &camera, &request);
+  for (int m = SHADOWS_MAP; m <= SHADOWS_HYBRID; m++) {
+    request.settings.shadows = (ShadowMethod)m;
+    request.settings.shadow_options = (ShadowOptions){.map_size_px = 256, .kernel_px = 3, .max_bytes = 1000};
+    Picture mapped = picture_render(&scene, &camera, &request);
+    picture_assert_same(&rays, &mapped);
+    picture_free(&mapped);
+  }
+  picture_free(&rays);
+  scene_free(&scene);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -206,6 +275,9 @@ int main(void)
       cmocka_unit_test(the_error_of_a_map_falls_with_its_size),
       cmocka_unit_test(pcf_moves_no_edge),
       cmocka_unit_test(soft_shadows_without_a_radius_are_hard),
+      cmocka_unit_test(odd_lights_spoil_nothing),
+      cmocka_unit_test(one_triangle_is_a_scene),
+      cmocka_unit_test(lights_beyond_the_budget_are_traced),
       cmocka_unit_test(a_half_hidden_light_lights_by_its_visible_part),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);

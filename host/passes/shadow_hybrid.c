@@ -5,9 +5,8 @@
 #include "device_scene/solid.h"
 #include "passes/raster_bins.h"
 #include "passes/scene_args.h"
+#include "passes/shadow_maps.h"
 #include "shared/raster.h"
-
-static const double memory_share = 0.25;
 
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
@@ -87,7 +86,7 @@ Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *
   Solids solids = {0};
   DeviceBuffer solid = {0};
   const ShadowScope scope = {camera, scene->low, scene->high};
-  const uint64_t most = (uint64_t)(memory_share * (double)device_info(device)->memory_bytes);
+  const uint64_t most = shadow_bytes_most(&plan->shadow_options, device);
   uint64_t bytes = 0;
   hybrid.lights = calloc(hybrid.light_count + 1, sizeof *hybrid.lights);
   if (!hybrid.lights) return log_no_memory(log, "sure maps");

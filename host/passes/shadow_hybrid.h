@@ -24,8 +24,8 @@ typedef struct ShadowHybrid {
   uint64_t rays, traced;  // of what was judged so far
 } ShadowHybrid;
 
-// Draws the maps of every light. Memory stays under a quarter of the device's (28 bytes a texel): lights that come
-// after that are left out, with a warning that says how many. Errors: those of program_build and buffer_create.
+// Draws the maps of every light. 44 bytes a texel; lights for whose maps there is no room any more are
+// left out, with a warning that says how many. Errors: those of program_build and buffer_create.
 Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                           const Plan *plan, const CameraInfo *camera, uint32_t capacity, Log *log);
 void shadow_hybrid_free(ShadowHybrid *hybrid);

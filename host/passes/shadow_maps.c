@@ -4,7 +4,12 @@
 
 #include "passes/scene_args.h"
 
-static const double memory_share = 0.25;
+uint64_t shadow_bytes_most(const ShadowOptions *options, const Device *device)
+{
+  const uint64_t usual_most = 2000000000, quarter = device_info(device)->memory_bytes / 4;
+  if (options->max_bytes) return options->max_bytes;
+  return quarter < usual_most ? quarter : usual_most;
+}
 
 static Status light_draw(LightMaps *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                          const ShadowFit *fit, Log *log)
@@ -34,7 +39,7 @@ Status shadow_maps_make(ShadowMaps *out, Device *device, const DeviceScene *scen
   ShadowMaps maps = {.light_count = scene->light_count};
   Program *program = NULL;
   const ShadowScope scope = {camera, scene->low, scene->high};
-  const uint64_t most = (uint64_t)(memory_share * (double)device_info(device)->memory_bytes);
+  const uint64_t most = shadow_bytes_most(&plan->shadow_options, device);
   maps.lights = calloc(maps.light_count + 1, sizeof *maps.lights);
   if (!maps.lights) return log_no_memory(log, "shadow maps");
   TRY(program_build(&program, device, "shade/shadow_filter.cl", plan->shadows == SHADOWS_PCSS ? "-D HAS_DISC" : "",

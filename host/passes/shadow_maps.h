@@ -21,11 +21,14 @@ typedef struct ShadowMaps {
   uint64_t bytes;
 } ShadowMaps;
 
-// Fits and draws the maps of every light. Memory stays under a quarter of the device's: lights that come after that are
+// Fits and draws the maps of every light. Lights for whose maps there is no room any more are
 // left out, with a warning that says how many. Errors: those of raster_depth and buffer_create.
 Status shadow_maps_make(ShadowMaps *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                         const Plan *plan, const CameraInfo *camera, Log *log);
 void shadow_maps_free(ShadowMaps *maps);
+
+// What the maps of all lights may take.
+uint64_t shadow_bytes_most(const ShadowOptions *options, const Device *device);
 
 bool shadow_maps_have(const ShadowMaps *maps, uint32_t light);
 

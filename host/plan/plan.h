@@ -26,6 +26,7 @@ typedef struct ShadowOptions {
   uint32_t kernel_px;      // PCF: texels a side, odd
   float light_radius_m;    // of point and spot lights
   double light_angle_rad;  // of directional ones: half of what they subtend
+  uint64_t max_bytes;      // that maps of all lights may take; 0: a quarter of the device's memory, at most 2 GB
 } ShadowOptions;
 
 typedef enum ReflectionMethod { REFLECTIONS_NONE, REFLECTIONS_RAYS } ReflectionMethod;
