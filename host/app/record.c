@@ -1,5 +1,6 @@
 #include "app/record.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -45,6 +46,22 @@ static void environment_record(FILE *out, const RenderOptions *options)
   if (!options->key_light) fputs(" --no-key-light", out);
 }
 
+// What the method of the shadows reads of its options.
+static void shadows_record(FILE *stream, const Plan *plan)
+{
+  const ShadowOptions *options = &plan->shadow_options;
+  if (plan_uses_shadow_maps(plan)) {
+    if (options->map_size_px)
+      fprintf(stream, " --shadow-map-size %u", options->map_size_px);
+    else
+      fputs(" --shadow-map-size auto", stream);
+  }
+  if (plan->shadows == SHADOWS_PCF) fprintf(stream, " --shadow-kernel %u", options->kernel_px);
+  if (plan->shadows == SHADOWS_PCSS || plan->shadows == SHADOWS_AREA)
+    fprintf(stream, " --light-radius %g --light-angle %g", (double)options->light_radius_m,
+            options->light_angle_rad * 180 / M_PI);
+}
+
 Status record_make(char **out, const RenderOptions *options, const Plan *plan, const Camera *camera, float exposure_ev,
                    const DeviceInfo *device, Log *log)
 {
@@ -73,6 +90,7 @@ Status record_make(char **out, const RenderOptions *options, const Plan *plan, c
           primary_name(settings->primary), shadow_names[settings->shadows],
           settings->reflections == REFLECTIONS_RAYS ? "rays" : "none", environment_light_names[plan->environment_light],
           settings->max_depth);
+  shadows_record(stream, plan);
   fprintf(stream, " --max-roughness %g --seed %u", (double)plan->max_roughness, options->seed);
   fprintf(stream, "; on %s, %s, driver %s", device->name, device->platform, device->driver);
   if (fclose(stream) != 0) {
