@@ -74,8 +74,7 @@ static Status streams_make(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   Device *device = frame->device;
-  TRY((frame->request.plan.lobes ? path_stream_make(&frame->streams[0], device, TILE_PIXELS, "rays", log)
-                                 : ray_stream_make(&frame->streams[0], device, TILE_PIXELS, 1, "rays", log)));
+  TRY(ray_stream_make(&frame->streams[0], device, TILE_PIXELS, 1, "rays", log));
   TRY(ray_stream_make(&frame->shadow, device, TILE_PIXELS, 1, "shadow rays", log));
   TRY(hit_stream_make(&frame->hits, device, TILE_PIXELS, log));
   TRY(buffer_create(&frame->radiance, device, TILE_PIXELS * sizeof(Float4), NULL, "radiance", log));
