@@ -122,20 +122,6 @@ static inline MapTriangle map_triangle_setup(constant RasterView *view, const Ve
   return t;
 }
 
-// Could anything within the bounds be on the map?
-static inline bool bounds_on_map(global const RasterBounds *bounds, constant RasterView *view)
-{
-  Float4 before = view->w;
-  before.w -= view->least_w;
-  Float4 planes[6] = {view->x,
-                      row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
-                      view->y,
-                      row_sum(row_scaled(view->y, -1), (float)view->height, view->w),
-                      row_sum(row_scaled(view->depth, -1), 1, view->w),
-                      before};
-  return bounds_meet(bounds, view, planes, view->parallel ? 5 : 6);
-}
-
 // One triangle in a window of at most 64 x 64 texels: edge functions in units of 1/RASTER_SNAP^2, divided by
 // RASTER_SNAP and rounded down, at the centre of the window's first texel; a centre is inside where none is negative.
 typedef struct WindowTriangle {
