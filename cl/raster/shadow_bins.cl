@@ -27,7 +27,7 @@ typedef struct ListRecord {
 static inline ListRecord list_record(global const uint *record)
 {
   ListRecord r;
-  global const float *edge = (global const float *)record + LIST_EDGE, *near = (global const float *)record + LIST_NEAR;
+  global const float *edge = (global const float *)record + SURE_EDGE, *near = (global const float *)record + SURE_NEAR;
   for (uint i = 0; i < 3; i++) {
     r.edge_x[i] = edge[3 * i];
     r.edge_y[i] = edge[3 * i + 1];
@@ -39,12 +39,12 @@ static inline ListRecord list_record(global const uint *record)
   r.near_most = near[3];
   r.near_least = near[4];
   r.slack = near[5];
-  r.first_x = (int)(record[LIST_TEXELS] & 0xffffu);
-  r.last_x = (int)(record[LIST_TEXELS] >> 16);
-  r.first_y = (int)(record[LIST_TEXELS + 1] & 0xffffu);
-  r.last_y = (int)(record[LIST_TEXELS + 1] >> 16);
-  r.number = record[LIST_NUMBER];
-  r.hides = record[LIST_HIDES];
+  r.first_x = (int)(record[SURE_TEXELS] & 0xffffu);
+  r.last_x = (int)(record[SURE_TEXELS] >> 16);
+  r.first_y = (int)(record[SURE_TEXELS + 1] & 0xffffu);
+  r.last_y = (int)(record[SURE_TEXELS + 1] >> 16);
+  r.number = record[SURE_NUMBER];
+  r.hides = record[SURE_HIDES];
   return r;
 }
 
@@ -55,9 +55,9 @@ static inline __attribute__((always_inline)) void list_draw(const ListRecord *t,
   FloatL zero = FLOATL(0);
   int x0 = max(t->first_x, px.x) / 4, x1 = min(t->last_x, end.x - 1) / 4;
   int y0 = max(t->first_y, px.y) / 4, y1 = min(t->last_y, end.y - 1) / 4;
-  float within[3], across = (fabs(t->near_x) + fabs(t->near_y)) * (1 + 2 * LIST_PADDING);
+  float within[3], across = (fabs(t->near_x) + fabs(t->near_y)) * (1 + 2 * SURE_PADDING);
   for (uint i = 0; i < 3; i++)
-    within[i] = (fabs(t->edge_x[i]) + fabs(t->edge_y[i])) * (1 + 2 * LIST_PADDING) + 2 * t->slack;
+    within[i] = (fabs(t->edge_x[i]) + fabs(t->edge_y[i])) * (1 + 2 * SURE_PADDING) + 2 * t->slack;
   for (uint part = 0; part < BLOCK_PARTS; part++) {
     IntL lane = INTL((int)(part * LANES)) + LANE_INDEX;
     FloatL lane_x = LANE_CONVERT_FLOAT(lane & INTL(3)), lane_y = LANE_CONVERT_FLOAT(lane >> INTL(2));
@@ -96,11 +96,10 @@ static inline __attribute__((always_inline)) void list_draw(const ListRecord *t,
 }
 
 kernel void shadow_bins(uint size, uint view_count, uint columns, uint chunk_count, global const uint *records,
-                        global const RasterSpan *spans, global const uint *starts, global const ushort *lists,
-                        uint begin, global ShadowBlock *texels)
+                        global const uint *spans, global const uint *starts, global const ushort *lists, uint begin,
+                        global ShadowBlock *texels)
 {
-  Bins bins = {columns, 0, columns};
-  uint item = get_global_id(0), list = item % bins_count(bins), view = item / bins_count(bins);
+  uint item = get_global_id(0), list = item % (columns * columns), view = item / (columns * columns);
   if (view >= view_count) return;
   uint2 bin = (uint2)(list % columns, list / columns);
   int2 px = convert_int2(bin) * RASTER_BIN_PX, end = min(px + RASTER_BIN_PX, (int2)((int)size));
@@ -117,17 +116,20 @@ kernel void shadow_bins(uint size, uint view_count, uint columns, uint chunk_cou
         }
       }
   }
-  for (uint chunk = view * chunk_count; chunk < (view + 1) * chunk_count; chunk++) {
-    RasterSpan span = spans[chunk];
-    if (bin.x < span.first_x || bin.x >= span.end_x || bin.y < span.first_y || bin.y >= span.end_y) continue;
-    global const uint *from = records + chunk * (RASTER_CHUNK + 1) * LIST_WORDS;
-    global const uint *start = starts + chunk * (bins_count(bins) + 2);
-    global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
-    for (uint large = 0; large < 2; large++) {
-      uint which = large ? bins_count(bins) : list;
-      for (uint i = start[which]; i < start[which + 1]; i++) {
-        ListRecord record = list_record(from + numbers[i] * LIST_WORDS);
-        list_draw(&record, texels, row_blocks, px, end);
+  ulong keys[SORT_CHUNKS];
+  uint all = view_count * chunk_count, last = (view + 1) * chunk_count;
+  for (uint first = view * chunk_count; first < last; first += SORT_CHUNKS) {
+    uint count = bin_chunks(keys, spans, all, first, min(first + SORT_CHUNKS, last), bin.x, bin.y);
+    for (uint i = 0; i < count; i++) {
+      uint chunk = (uint)keys[i];
+      global const uint *from = records + chunk * (RASTER_CHUNK + 1) * SURE_WORDS;
+      global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
+      BinLists in = bin_lists(spans, all, chunk, starts + chunk * (columns * columns + 2), bin.x, bin.y);
+      for (uint large = 0; large < 2; large++) {
+        for (uint k = in.begin[large]; k < in.end[large]; k++) {
+          ListRecord record = list_record(from + numbers[k] * SURE_WORDS);
+          list_draw(&record, texels, row_blocks, px, end);
+        }
       }
     }
   }

@@ -5,7 +5,7 @@
 //         views             [view_count], `columns` bins a side
 //         solid             bit i % 32 of word i / 32: triangle i is of a closed surface (host/device_scene/solid.h)
 //         skip_facing       1: solid triangles that face the light are left out
-//   out   records  [view][chunk][RASTER_CHUNK + 1][LIST_WORDS] (shared/shadow.h)
+//   out   records  [view][chunk][RASTER_CHUNK + 1][SURE_WORDS] (shared/shadow.h)
 //         spans, starts, lists   as depth_setup.cl
 //
 //   Where skip_facing is right: between the light and a point outside a closed, consistently wound mesh lie as many of
@@ -20,7 +20,7 @@
 #include "shared/bvh.h"
 #include "shared/shadow.h"
 
-#define LIST_ROUNDING 9.5367432e-7f  // 2^-20: 16 roundings of the terms of an edge's coefficients
+#define SURE_ROUNDING 9.5367432e-7f  // 2^-20: 16 roundings of the terms of an edge's coefficients
 
 typedef struct ListTriangle {
   Vec3L clip[3];                           // x, y, w before division
@@ -55,7 +55,7 @@ static inline void list_nearness(ListTriangle *t, constant ShadowView *view, con
   }
   t->near_x = dot_row(normal, view->sight_x) * scale;
   t->near_y = dot_row(normal, view->sight_y) * scale;
-  t->near_0 += positive(t->near_x) + positive(t->near_y) + FLOATL(LIST_PADDING) * (fabs(t->near_x) + fabs(t->near_y));
+  t->near_0 += positive(t->near_x) + positive(t->near_y) + FLOATL(SURE_PADDING) * (fabs(t->near_x) + fabs(t->near_y));
   t->near_most = t->crosses ? FLOATL(INFINITY) : max3_lane(closeness[0], closeness[1], closeness[2]);
   t->near_least = t->crosses ? FLOATL(-INFINITY) : min3_lane(closeness[0], closeness[1], closeness[2]);
   // Edge on, the plane's depth is not to be had.
@@ -76,7 +76,7 @@ static inline ListTriangle list_triangle(constant ShadowView *view, uint size, c
   for (uint i = 0; i < 3; i++) {
     FloatL x = row_dot(raster->x, a[i]), y = row_dot(raster->y, a[i]), d = row_dot(raster->depth, a[i]);
     FloatL w = raster->parallel ? one : row_dot(raster->w, a[i]);
-    FloatL pad = FLOATL(LIST_PADDING) * fabs(w);
+    FloatL pad = FLOATL(SURE_PADDING) * fabs(w);
     left = left & (x < zero - pad);
     right = right & (x > extent * w + pad);
     above = above & (y < zero - pad);
@@ -108,13 +108,13 @@ static inline ListTriangle list_triangle(constant ShadowView *view, uint size, c
   }
   FloatL determinant = t.clip[0].x * t.edge_x[0] + t.clip[0].y * t.edge_y[0] + t.clip[0].z * t.edge_0[0];
   FloatL sign = determinant < zero ? FLOATL(-1) : one;
-  t.slack = sums * FLOATL(LIST_ROUNDING);
+  t.slack = sums * FLOATL(SURE_ROUNDING);
   t.whole = fabs(along) <= FLOATL(1e-6f) * size_of;
   for (uint i = 0; i < 3; i++) {
     t.edge_x[i] *= sign;
     t.edge_y[i] *= sign;
     t.edge_0[i] = t.edge_0[i] * sign + positive(t.edge_x[i]) + positive(t.edge_y[i]) +
-                  FLOATL(LIST_PADDING) * (fabs(t.edge_x[i]) + fabs(t.edge_y[i])) + t.slack;
+                  FLOATL(SURE_PADDING) * (fabs(t.edge_x[i]) + fabs(t.edge_y[i])) + t.slack;
   }
   FloatL x[3], y[3];
   for (uint i = 0; i < 3; i++) {
@@ -164,7 +164,7 @@ static inline void list_bounds(IntL out[4], const ListTriangle *t, constant Rast
     LANE_FLOAT(high_x, lane) = bounds.z;
     LANE_FLOAT(high_y, lane) = bounds.w;
   }
-  FloatL zero = FLOATL(0), last = FLOATL((float)view->width - 1), pad = FLOATL(LIST_PADDING);
+  FloatL zero = FLOATL(0), last = FLOATL((float)view->width - 1), pad = FLOATL(SURE_PADDING);
   out[0] = LANE_CONVERT_INT(min_lane(max_lane(floor(low_x - pad), zero), last + FLOATL(1)));
   out[1] = LANE_CONVERT_INT(min_lane(max_lane(floor(low_y - pad), zero), last + FLOATL(1)));
   out[2] = LANE_CONVERT_INT(max_lane(min_lane(floor(high_x + pad), last), FLOATL(-1)));
@@ -189,25 +189,22 @@ static inline UintL packed_range(IntL first, IntL last)
 
 kernel void shadow_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
                          uint chunk_count, constant ShadowView *views, uint view_count, uint columns,
-                         global const uint *solid, uint skip_facing, global uint *records, global RasterSpan *spans,
+                         global const uint *solid, uint skip_facing, global uint *records, global uint *spans,
                          global uint *starts, global ushort *lists)
 {
   uint item = get_global_id(0), chunk = first_chunk + item % chunk_count;
   if (item >= chunk_count * view_count) return;
   constant ShadowView *view = &views[item / chunk_count];
-  Bins bins = {columns, 0, columns};
-  RasterSpan span = {0, columns, columns, 0, 0};
+  BinRanges ranges;
   blocks += chunk * RASTER_CHUNK_BLOCKS;
-  records += item * (RASTER_CHUNK + 1) * LIST_WORDS;
-  starts += item * (bins_count(bins) + 2);
+  records += item * (RASTER_CHUNK + 1) * SURE_WORDS;
+  starts += item * (columns * columns + 2);
   lists += item * (RASTER_CHUNK * RASTER_LARGE_BINS);
-  if (!bounds_on_map(&bounds[chunk], &view->raster)) {
-    spans[item] = span;
-    return;
-  }
-  bins_clear(starts, bins);
-  for (uint first = 0; first < RASTER_CHUNK; first += LANES) {
+  ranges_clear(&ranges);
+  uint count = bounds_on_map(&bounds[chunk], &view->raster) ? RASTER_CHUNK : 0;
+  for (uint first = 0; first < count; first += LANES) {
     global const RasterBlock *block = &blocks[first / RASTER_STEP];
+    block_prefetch(block + PREFETCH_BLOCKS);
     UintL flags = LANE_LOAD(block->flags, first % RASTER_STEP), id = LANE_LOAD(block->id, first % RASTER_STEP);
     IntL unused = id == UINTL(RASTER_UNUSED), closed = skip_facing ? lanes_solid(solid, id, !unused) : INTL(0);
     Vec3L corners[3], a[3];
@@ -215,29 +212,30 @@ kernel void shadow_setup(global const RasterBlock *blocks, global const RasterBo
     ListTriangle t = list_triangle(view, view->raster.width, a, closed, unused);
     IntL box[4];
     list_bounds(box, &t, &view->raster);
-    uint bits = lane_bits(!t.culled & (box[0] <= box[2]) & (box[1] <= box[3]));
+    IntL seen = !t.culled & (box[0] <= box[2]) & (box[1] <= box[3]);
+    uint bits = lane_bits(seen);
     if (!bits) continue;
 
-    UintL fields[LIST_WORDS];
+    UintL fields[SURE_WORDS];
     const FloatL near[6] = {t.near_0, t.near_x, t.near_y, t.near_most, t.near_least, t.slack};
     for (uint i = 0; i < 3; i++) {
       FloatL zero = FLOATL(0);
-      fields[LIST_EDGE + 3 * i] = LANE_AS_UINT(t.whole ? zero : t.edge_x[i]);
-      fields[LIST_EDGE + 3 * i + 1] = LANE_AS_UINT(t.whole ? zero : t.edge_y[i]);
-      fields[LIST_EDGE + 3 * i + 2] = LANE_AS_UINT(t.whole ? zero : t.edge_0[i]);
+      fields[SURE_EDGE + 3 * i] = LANE_AS_UINT(t.whole ? zero : t.edge_x[i]);
+      fields[SURE_EDGE + 3 * i + 1] = LANE_AS_UINT(t.whole ? zero : t.edge_y[i]);
+      fields[SURE_EDGE + 3 * i + 2] = LANE_AS_UINT(t.whole ? zero : t.edge_0[i]);
     }
-    for (uint i = 0; i < 6; i++) fields[LIST_NEAR + i] = LANE_AS_UINT(near[i]);
-    fields[LIST_TEXELS] = packed_range(box[0], box[2]);
-    fields[LIST_TEXELS + 1] = packed_range(box[1], box[3]);
-    fields[LIST_BINS] = packed_range(box[0] / INTL(RASTER_BIN_PX), box[2] / INTL(RASTER_BIN_PX));
-    fields[LIST_BINS + 1] = packed_range(box[1] / INTL(RASTER_BIN_PX), box[3] / INTL(RASTER_BIN_PX));
-    fields[LIST_NUMBER] = LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX);
+    for (uint i = 0; i < 6; i++) fields[SURE_NEAR + i] = LANE_AS_UINT(near[i]);
+    fields[SURE_TEXELS] = packed_range(box[0], box[2]);
+    fields[SURE_TEXELS + 1] = packed_range(box[1], box[3]);
+    fields[SURE_NUMBER] = LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX);
     // One that is cut, or lets light through, hides nothing for sure; neither does one whose edges are not to be had.
     UintL hides = (flags & UINTL(TRIANGLE_MASKED | TRIANGLE_BLENDED)) == UINTL(0) ? UINTL(1) : UINTL(0);
-    fields[LIST_HIDES] = t.whole ? UINTL(0) : hides;
-    for (uint i = LIST_HIDES + 1; i < LIST_WORDS; i++) fields[i] = UINTL(0);
-    bins_take(fields, LIST_WORDS, LIST_BINS, bits, records, &span, starts, bins);
+    fields[SURE_HIDES] = t.whole ? UINTL(0) : hides;
+    for (uint i = SURE_HIDES + 1; i < SURE_WORDS; i++) fields[i] = UINTL(0);
+    IntL bin_px = INTL(RASTER_BIN_PX);
+    UintL x = packed_range(box[0] / bin_px, box[2] / bin_px), y = packed_range(box[1] / bin_px, box[3] / bin_px);
+    FloatL near_w = view->raster.parallel ? FLOATL(0) - t.near_most : FLOATL(1) / t.near_most;
+    bins_take(&ranges, seen, bits, x, y, near_w, fields, SURE_WORDS, records);
   }
-  bins_fill(starts, bins, records, LIST_WORDS, LIST_BINS, span.count, lists);
-  spans[item] = span;
+  bins_sort(&ranges, spans, item, chunk_count * view_count, starts, lists);
 }

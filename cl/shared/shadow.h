@@ -65,15 +65,14 @@ SHARED_SIZE(ShadowBlock, 704);
 #define SHADOW_ROUNDING_PARALLEL 4e-6f  // of depths in [0, 1]
 
 // Words of a triangle's record for them (cl/raster/shadow_setup.cl).
-#define LIST_EDGE 0  // 3 times (x, y, constant), floats: >= 0 where texel (x, y) may be touched
+#define SURE_EDGE 0  // 3 times (x, y, constant), floats: >= 0 where texel (x, y) may be touched
 // Floats: closeness over texel (x, y) is at most [0] + [1] x + [2] y; [3] the most and [4] the least of the vertices';
 // [5] what rounding may do to an edge.
-#define LIST_NEAR 9
-#define LIST_TEXELS 15  // first x | last x << 16, the same for y
-#define LIST_BINS 17    // the same in bins
-#define LIST_NUMBER 19  // of the triangle in the blocks
-#define LIST_HIDES 20   // 1: what lies behind it is dark
-#define LIST_WORDS 32
-#define LIST_PADDING 0.05f  // texels by which all are taken to be larger
+#define SURE_NEAR 9
+#define SURE_TEXELS 15  // first x | last x << 16, the same for y
+#define SURE_NUMBER 17  // of the triangle in the blocks
+#define SURE_HIDES 18   // 1: what lies behind it is dark
+#define SURE_WORDS 32
+#define SURE_PADDING 0.05f  // texels by which all are taken to be larger
 
 #endif

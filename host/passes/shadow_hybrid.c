@@ -26,7 +26,7 @@ static Status maps_draw(SureMaps *maps, const ShadowHybrid *hybrid, Device *devi
   uint32_t columns = divide_up(info->size_px, RASTER_BIN_PX), views = info->view_count, begin = 1;
   uint32_t pass_chunks =
       raster_pass_chunks(&(RasterOptions){0}, RASTER_WAY_BINS, triangles->chunk_count * views) / views;
-  TRY(raster_bins_make(&binned, device, (size_t)pass_chunks * views, LIST_WORDS, log));
+  TRY(raster_bins_make(&binned, device, (size_t)pass_chunks * views, SURE_WORDS, log));
   TRY(raster_bins_divide(&binned, device, (size_t)pass_chunks * views, (size_t)columns * columns, log));
   for (uint32_t first = 0; first < triangles->chunk_count || begin; first += pass_chunks, begin = 0) {
     uint32_t chunks = smaller(pass_chunks, triangles->chunk_count - first);
