@@ -11,7 +11,7 @@
 #include "support/gltf_build.h"
 #include "support/oracle_camera.h"
 #include "support/picture_fixture.h"
-#include "support/scene_build.h"
+#include "scene/scene_build.h"
 
 enum { SURFACE_AOVS = AOV_NAME_SHADOW - 1 };
 

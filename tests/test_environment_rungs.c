@@ -14,7 +14,7 @@
 #include "support/gltf_build.h"
 #include "support/oracle_environment.h"
 #include "support/plane_lab.h"
-#include "support/scene_build.h"
+#include "scene/scene_build.h"
 
 // ---- prefiltered levels ---------------------------------------------------------------------------------------------
 

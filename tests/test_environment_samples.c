@@ -13,7 +13,7 @@
 #include <cmocka.h>
 
 #include "support/oracle_environment.h"
-#include "support/scene_build.h"
+#include "scene/scene_build.h"
 #include "support/shade_lab.h"
 
 // ---- surfaces -------------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@
 
 #include "support/oracle_camera.h"
 #include "support/picture_fixture.h"
-#include "support/scene_build.h"
+#include "scene/scene_build.h"
 
 static PictureRequest mirror_request(uint32_t width, uint32_t height, LightingModel model)
 {

@@ -11,11 +11,11 @@
 
 #include <cmocka.h>
 
+#include "scene/scene_build.h"
 #include "shared/bvh.h"
 #include "shared/stream.h"
 #include "support/map_fixture.h"
 #include "support/oracle_scene.h"
-#include "support/scene_build.h"
 
 // Does a triangle with corners in 1/256 of a texel have the centre of texel (x, y)? The top-left rule, y downwards.
 static bool covers(const int64_t corners[3][2], int64_t x, int64_t y)

@@ -11,10 +11,10 @@
 
 #include <cmocka.h>
 
+#include "scene/scene_build.h"
 #include "shared/stream.h"
 #include "support/effort.h"
 #include "support/map_fixture.h"
-#include "support/scene_build.h"
 
 static Camera camera_at(Vec3 eye, Vec3 target, double yfov_rad)
 {

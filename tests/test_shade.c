@@ -13,7 +13,7 @@
 
 #include <cmocka.h>
 
-#include "support/scene_build.h"
+#include "scene/scene_build.h"
 #include "support/shade_lab.h"
 
 static const double metallics[] = {0, 0.5, 1}, roughnesses[] = {0, 0.05, 0.1, 0.25, 0.5, 0.75, 1};

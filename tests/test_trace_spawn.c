@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "support/picture_fixture.h"
-#include "support/scene_build.h"
+#include "scene/scene_build.h"
 #include "support/trace_fixture.h"
 
 enum { SIZE_PX = 128, ELEVATIONS = 12 };

@@ -121,6 +121,7 @@ typedef struct Scene {
   Light *lights;
   uint32_t light_count;
   Environment environment;
+  bool incomplete;  // made in memory (scene_build.h), which ran out
 } Scene;
 
 void scene_free(Scene *scene);

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "support/oracle_scene.h"
-#include "support/scene_build.h"
+#include "scene/scene_build.h"
 
 enum { SIDE = 16 };
 

@@ -5,7 +5,7 @@
 
 #include "shared/bvh.h"
 #include "support/oracle_scene.h"
-#include "support/scene_build.h"
+#include "scene/scene_build.h"
 
 enum { TEXELS = 8 };
 

@@ -1,32 +1,47 @@
-#include "support/scene_build.h"
+#include "scene/scene_build.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "support/oracle_scene.h"
-
 static const Vec3 up_world = {0, 1, 0};
 
-// `array` with room for one element more.
-static void *array_grown(void *array, size_t count, size_t element_bytes)
+// `array`, or a larger copy of it with room for one element more; NULL where there is no memory, and the old one stays.
+static void *array_grown(Scene *scene, void **array, size_t count, size_t element_bytes)
 {
-  void *larger = oracle_array(count + 1, element_bytes);
-  if (array) memcpy(larger, array, count * element_bytes);
-  free(array);
-  return larger;
+  void *larger = realloc(*array, (count + 1) * element_bytes);
+  if (!larger) {
+    scene->incomplete = true;
+    return NULL;
+  }
+  memset((char *)larger + count * element_bytes, 0, element_bytes);
+  return *array = larger;
 }
 
-static char *name_of(const char *what, uint32_t index)
+#define GROW(scene, array, count) array_grown(scene, (void **)&(scene)->array, (scene)->count, sizeof *(scene)->array)
+
+// Zeroed.
+static void *array_make(Scene *scene, size_t count, size_t element_bytes)
+{
+  void *array = calloc(count ? count : 1, element_bytes);
+  if (!array) scene->incomplete = true;
+  return array;
+}
+
+static char *name_of(Scene *scene, const char *what, uint32_t index)
 {
   char name[64];
   snprintf(name, sizeof name, "%s %u", what, index);
-  return strcpy(oracle_array(strlen(name) + 1, 1), name);
+  char *copy = strdup(name);
+  if (!copy) scene->incomplete = true;
+  return copy;
 }
 
 Scene scene_empty(void)
 {
-  return (Scene){.path = name_of("test scene", 0), .environment = {.kind = ENVIRONMENT_CONSTANT, .intensity = 1}};
+  Scene scene = {.environment = {.kind = ENVIRONMENT_CONSTANT, .intensity = 1}};
+  scene.path = name_of(&scene, "made scene", 0);
+  return scene;
 }
 
 void scene_set_constant(Scene *scene, double red, double green, double blue)
@@ -40,7 +55,9 @@ void scene_set_image(Scene *scene, uint32_t width, uint32_t height, const float 
   Image *image = &scene->environment.image;
   size_t count = (size_t)width * height;
   scene->environment.kind = ENVIRONMENT_IMAGE;
-  *image = (Image){.width = width, .height = height, .pixels = oracle_array(count, 4 * sizeof(float))};
+  float *pixels = array_make(scene, count, 4 * sizeof *pixels);
+  if (!pixels) return;
+  *image = (Image){.width = width, .height = height, .pixels = pixels};
   for (size_t i = 0; i < count; i++) {
     memcpy(image->pixels + 4 * i, colors[i], sizeof colors[i]);
     image->pixels[4 * i + 3] = 1;
@@ -75,8 +92,8 @@ Material material_glowing(Vec3 emission)
 
 int scene_add_material(Scene *scene, Material material)
 {
-  scene->materials = array_grown(scene->materials, scene->material_count, sizeof *scene->materials);
-  material.name = name_of("material", scene->material_count);
+  if (!GROW(scene, materials, material_count)) return 0;
+  material.name = name_of(scene, "material", scene->material_count);
   scene->materials[scene->material_count] = material;
   return (int)scene->material_count++;
 }
@@ -84,31 +101,36 @@ int scene_add_material(Scene *scene, Material material)
 int scene_add_texture(Scene *scene, uint32_t width, uint32_t height, const uint8_t (*texels)[4])
 {
   size_t count = (size_t)width * height;
-  scene->images = array_grown(scene->images, scene->image_count, sizeof *scene->images);
-  scene->textures = array_grown(scene->textures, scene->texture_count, sizeof *scene->textures);
+  if (!GROW(scene, images, image_count) || !GROW(scene, textures, texture_count)) return NONE;
   Image *image = &scene->images[scene->image_count];
-  *image = (Image){.width = width, .height = height, .texels = oracle_array(count, 4)};
+  *image = (Image){.width = width, .height = height, .texels = array_make(scene, count, 4)};
+  if (!image->texels) return NONE;
   memcpy(image->texels, texels, 4 * count);
   scene->textures[scene->texture_count] = (Texture){.image = (int)scene->image_count++};
   return (int)scene->texture_count++;
 }
 
-// One mesh of one primitive with room for its arrays, drawn by one object.
-static Primitive *shape_add(Scene *scene, int material, uint32_t vertex_count, uint32_t triangle_count)
+// One mesh of one primitive with room for its arrays, drawn by one object; NULL where there is no memory.
+static Primitive *shape_add(Scene *scene, int material, uint32_t vertex_count, uint32_t triangle_count, bool has_uvs)
 {
-  scene->meshes = array_grown(scene->meshes, scene->mesh_count, sizeof *scene->meshes);
-  scene->objects = array_grown(scene->objects, scene->object_count, sizeof *scene->objects);
-  Mesh *mesh = &scene->meshes[scene->mesh_count];
-  Primitive *primitive = oracle_array(1, sizeof *primitive);
+  Primitive *primitive = array_make(scene, 1, sizeof *primitive);
+  if (!primitive) return NULL;
   *primitive = (Primitive){.vertex_count = vertex_count, .triangle_count = triangle_count, .material = material};
-  primitive->positions = oracle_array(vertex_count, sizeof *primitive->positions);
-  primitive->normals = oracle_array(vertex_count, sizeof *primitive->normals);
-  primitive->triangles = oracle_array(triangle_count, sizeof *primitive->triangles);
-  *mesh = (Mesh){.name = name_of("mesh", scene->mesh_count), .primitives = primitive, .primitive_count = 1};
-  scene->objects[scene->object_count] = (Object){.name = name_of("object", scene->object_count),
-                                                 .mesh = (int)scene->mesh_count++,
-                                                 .world_from_object = mat4_identity()};
-  scene->object_count++;
+  primitive->positions = array_make(scene, vertex_count, sizeof *primitive->positions);
+  primitive->normals = array_make(scene, vertex_count, sizeof *primitive->normals);
+  primitive->triangles = array_make(scene, triangle_count, sizeof *primitive->triangles);
+  if (has_uvs) primitive->uvs[0] = array_make(scene, vertex_count, sizeof *primitive->uvs[0]);
+  char *names[] = {name_of(scene, "mesh", scene->mesh_count), name_of(scene, "object", scene->object_count)};
+  if (scene->incomplete || !GROW(scene, meshes, mesh_count) || !GROW(scene, objects, object_count)) {
+    primitive_free(primitive);
+    free(primitive);
+    free(names[0]);
+    free(names[1]);
+    return NULL;
+  }
+  scene->meshes[scene->mesh_count] = (Mesh){.name = names[0], .primitives = primitive, .primitive_count = 1};
+  scene->objects[scene->object_count++] =
+      (Object){.name = names[1], .mesh = (int)scene->mesh_count++, .world_from_object = mat4_identity()};
   return primitive;
 }
 
@@ -127,20 +149,14 @@ static void triangle_set(Primitive *primitive, uint32_t at, uint32_t a, uint32_t
 
 uint32_t scene_add_triangle(Scene *scene, int material, const Vec3 corners[3], const Vec3 normals[3])
 {
-  Primitive *primitive = shape_add(scene, material, 3, 1);
+  Primitive *primitive = shape_add(scene, material, 3, 1, false);
+  if (!primitive) return 0;
   for (int i = 0; i < 3; i++) {
     floats_set(primitive->positions[i], corners[i]);
     floats_set(primitive->normals[i], vec3_unit_or(normals[i], up_world));
   }
   triangle_set(primitive, 0, 0, 1, 2);
   return scene->object_count - 1;
-}
-
-static Primitive *quads_add(Scene *scene, int material, uint32_t count)
-{
-  Primitive *primitive = shape_add(scene, material, 4 * count, 2 * count);
-  primitive->uvs[0] = oracle_array(4 * (size_t)count, sizeof *primitive->uvs[0]);
-  return primitive;
 }
 
 // Face `face` of a shape made of quads.
@@ -160,13 +176,16 @@ static void quad_set(Primitive *primitive, uint32_t face, Vec3 corner, Vec3 u, V
 
 uint32_t scene_add_quad(Scene *scene, int material, Vec3 corner, Vec3 u, Vec3 v)
 {
-  quad_set(quads_add(scene, material, 1), 0, corner, u, v);
+  Primitive *primitive = shape_add(scene, material, 4, 2, true);
+  if (!primitive) return 0;
+  quad_set(primitive, 0, corner, u, v);
   return scene->object_count - 1;
 }
 
 uint32_t scene_add_box(Scene *scene, int material, Vec3 low, Vec3 high)
 {
-  Primitive *primitive = quads_add(scene, material, 6);
+  Primitive *primitive = shape_add(scene, material, 4 * 6, 2 * 6, true);
+  if (!primitive) return 0;
   Vec3 size = vec3_sub(high, low);
   const Vec3 edges[3] = {vec3(size.x, 0, 0), vec3(0, size.y, 0), vec3(0, 0, size.z)};
   for (int axis = 0; axis < 3; axis++) {
@@ -180,7 +199,8 @@ uint32_t scene_add_box(Scene *scene, int material, Vec3 low, Vec3 high)
 uint32_t scene_add_sphere(Scene *scene, int material, Vec3 center, double radius, int rings)
 {
   const int columns = 2 * rings;
-  Primitive *primitive = shape_add(scene, material, (rings + 1) * columns, 2 * columns * (rings - 1));
+  Primitive *primitive = shape_add(scene, material, (rings + 1) * columns, 2 * columns * (rings - 1), false);
+  if (!primitive) return 0;
   for (int ring = 0; ring <= rings; ring++) {
     for (int column = 0; column < columns; column++) {
       double theta = M_PI * ring / rings, phi = 2 * M_PI * column / columns;
@@ -232,8 +252,8 @@ Light light_directional(Vec3 direction, double intensity_lux)
 
 void scene_add_light(Scene *scene, Light light)
 {
-  scene->lights = array_grown(scene->lights, scene->light_count, sizeof *scene->lights);
-  light.name = name_of("light", scene->light_count);
+  if (!GROW(scene, lights, light_count)) return;
+  light.name = name_of(scene, "light", scene->light_count);
   scene->lights[scene->light_count++] = light;
 }
 
@@ -263,4 +283,9 @@ Camera camera_orthographic(Vec3 eye, Vec3 target, double ymag_m)
   Camera camera = camera_looking(CAMERA_ORTHOGRAPHIC, eye, target);
   camera.ymag_m = ymag_m;
   return camera;
+}
+
+Status scene_check_complete(const Scene *scene, Log *log)
+{
+  return scene->incomplete ? log_no_memory(log, "scene") : STATUS_OK;
 }

@@ -1,5 +1,6 @@
-// Scenes of a few shapes, made in memory, for tests that render. Every function here ends the program where memory runs
-// out; scene_free frees what they make.
+// Scenes of a few shapes, made in memory, for tests that render and for the catalogue of failures. Where memory runs
+// out nothing is added and scene->incomplete is set: ask scene_check_complete once at the end. scene_free frees what
+// they make.
 #pragma once
 
 #include "scene/scene.h"
@@ -39,3 +40,6 @@ void scene_add_light(Scene *scene, Light light);
 // Cameras at `eye` that look at `target`, upright, or with -Z up where they look straight down or up.
 Camera camera_perspective(Vec3 eye, Vec3 target, double yfov_rad);
 Camera camera_orthographic(Vec3 eye, Vec3 target, double ymag_m);
+
+// Is all there that was added? Errors: STATUS_NO_MEMORY.
+Status scene_check_complete(const Scene *scene, Log *log);
