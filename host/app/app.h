@@ -13,6 +13,7 @@
 // standard output, messages on standard error.
 int app_render(int argc, char **argv);
 int app_compare(int argc, char **argv);
+int app_stability(int argc, char **argv);
 int app_info(int argc, char **argv);
 int app_devices(int argc, char **argv);
 

@@ -22,6 +22,7 @@ static const struct Command {
 } commands[] = {
     {"render", "SCENE -o OUT", app_render, "render a picture of a .glb or .gltf file"},
     {"compare", "A B", app_compare, "say how far one picture is from another"},
+    {"stability", "", app_stability, "measure where methods fail, and whether they say so"},
     {"info", "SCENE", app_info, "say what a scene holds, and what of it will not be rendered"},
     {"devices", "", app_devices, "list and test OpenCL devices"},
 };
@@ -36,6 +37,7 @@ static void help_print(FILE *out)
       "  frugal render scene.glb -o picture.exr -s 1920x1080 -n 16 --aov depth,normal\n"
       "  frugal render scene.glb -o picture.png --environment studio.hdr --camera fit\n"
       "  frugal compare reference.exr picture.exr --fail-over over=0.001\n"
+      "  frugal stability --quick\n"
       "  frugal info scene.glb\n"
       "  frugal devices\n"
       "\n"

@@ -1,0 +1,3 @@
+#include "stability/stability.h"
+static const StabilityRow rows[1];
+const StabilityTable geometry_table = {"geometry", rows, 0};
