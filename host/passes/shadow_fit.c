@@ -215,8 +215,8 @@ static ShadowView cascade_view(const AxisBox *box, const AxisBox *whole, Axes ax
 {
   double side = box_side(box) * info->size_px / (info->size_px - 2.0 * info->gutter_px - 1);
   double texel = side / info->size_px;
-  double x = floor((box->low[0] + box->high[0]) / 2 / texel) * texel,
-         y = floor((box->low[1] + box->high[1]) / 2 / texel) * texel;
+  double x = round((box->low[0] + box->high[0]) / 2 / texel) * texel,
+         y = round((box->low[1] + box->high[1]) / 2 / texel) * texel;
   double margin = 1e-3 * fmax(whole->high[2] - whole->low[2], 1e-30);
   Vec3 center = vec3_add(vec3_scale(axes.right, x), vec3_scale(axes.down, y));
   double middle = (whole->low[2] + whole->high[2]) / 2;
