@@ -40,22 +40,27 @@ static void shares_fill(LitView *view, const Shot *open, const Shot *method)
   if (fault_due("stability")) lit_corrupt(view->lit, shot_pixels(open));
 }
 
-// Does an edge of a shadow run between two pixels of one plane?
-static bool is_edge(const LitView *view, size_t a, size_t b)
+static bool same_plane(const LitView *view, size_t a, size_t b)
 {
   const Shot *shot = &view->truth;
-  if (!view->seen[a] || !view->seen[b] || (view->rays[a] > 0.5f) == (view->rays[b] > 0.5f)) return false;
   if (shot->ids[AOV_OBJECT * shot_pixels(shot) + a] != shot->ids[AOV_OBJECT * shot_pixels(shot) + b]) return false;
   return vec3_dot(shot_vector(shot, a, AOV_NORMAL), shot_vector(shot, b, AOV_NORMAL)) > 0.999;
+}
+
+static int edge_between(const LitView *view, size_t a, size_t b, int edge, int end)
+{
+  if (!view->seen[a] && !view->seen[b]) return 0;
+  if (!view->seen[a] || !view->seen[b] || !same_plane(view, a, b)) return end;
+  return (view->rays[a] > 0.5f) == (view->rays[b] > 0.5f) ? 0 : edge;
 }
 
 static void edges_find(LitView *view)
 {
   uint32_t width = view->truth.width, height = view->truth.height;
   for (size_t i = 0; i < shot_pixels(&view->truth); i++) {
-    bool right = i % width + 1 < width && is_edge(view, i, i + 1);
-    bool below = i / width + 1 < height && is_edge(view, i, i + width);
-    view->edges[i] = (uint8_t)(right | below << 1);
+    int row = i % width + 1 < width ? edge_between(view, i, i + 1, EDGE_ROW, END_ROW) : 0;
+    int column = i / width + 1 < height ? edge_between(view, i, i + width, EDGE_COLUMN, END_COLUMN) : 0;
+    view->edges[i] = (uint8_t)(row | column);
   }
 }
 
@@ -192,14 +197,17 @@ double footprint_length(const Footprint *footprint)
   return fmax(hypot(footprint->x[0], footprint->x[1]), hypot(footprint->y[0], footprint->y[1]));
 }
 
-static bool edge_at(const LitView *view, size_t pixel, int axis) { return view->edges[pixel] >> axis & 1; }
+static bool edge_at(const LitView *view, size_t pixel, int axis)
+{
+  return view->edges[pixel] >> axis & 1;
+}  // EDGE_ROW, EDGE_COLUMN
 
 double lit_view_edge_pixels(const LitView *view, double texels)
 {
   double sum = 0;
   for (size_t i = 0; i < shot_pixels(&view->truth); i++) {
     Footprint footprint;
-    if (!view->edges[i] || !lit_view_footprint(&footprint, view, i)) continue;
+    if (!(edge_at(view, i, 0) || edge_at(view, i, 1)) || !lit_view_footprint(&footprint, view, i)) continue;
     for (int axis = 0; axis < 2; axis++)
       if (edge_at(view, i, axis)) sum += texels * (fabs(footprint.x[axis]) + fabs(footprint.y[axis]));
   }

@@ -4,12 +4,16 @@
 #include "passes/shadow_fit.h"
 #include "stability/lab.h"
 
+// What lies between a pixel and the next of its row or column, as rays see it: an edge of a shadow; the end of a
+// surface, behind which there may be one.
+enum LitEdge { EDGE_ROW = 1, EDGE_COLUMN = 2, END_ROW = 4, END_COLUMN = 8 };
+
 typedef struct LitView {
   DeviceScene scene;
   Shot truth;         // by rays
   float *lit, *rays;  // [height][width]: share of the light that arrives, by the method and by rays
   bool *seen;         // the light would reach it if nothing stood in its way
-  uint8_t *edges;     // 1: rays see an edge of a shadow before the next pixel of the row, 2: of the column
+  uint8_t *edges;     // of LitEdge
   ShadowFit fit;      // of the method's maps
   bool fitted;        // false where the method has none
 } LitView;
@@ -47,7 +51,8 @@ double lit_view_edge_pixels(const LitView *view, double texels);
 // Neighbouring pixels of a surface with an edge between them, counted by rows and by columns.
 size_t lit_view_edges(const LitView *view);
 
-// Wrong pixels farther than `texels` of the map and a pixel from every edge that rays see.
+// Wrong pixels farther than `texels` of the map and a pixel from every edge that rays see, and from every end of a
+// surface.
 size_t lit_view_wrong_off_edges(const LitView *view, double texels);
 
 // How far a caster of a directional light must stand before a plane with that normal to count, in metres along the

@@ -28,7 +28,7 @@ Status measure_frustum_edge(StabilityPoint *point, Lab *lab, ShadowMethod method
     scene_add_light(&scene, light_spot(vec3(0.02, 1, 0.01), vec3(0.02, 0, 0.01), 4 * M_PI, outer * 0.99, outer));
   else
     scene_add_light(&scene, light_directional(vec3(0.5, -1, 0.2), M_PI));
-  Camera camera = outer > 0 ? camera_orthographic(vec3(0, 20, 0), vec3(0, 0, 0), 1.2 * rim_m)
+  Camera camera = outer > 0 ? camera_orthographic(vec3(0, 20, 0), vec3(0, 0, 0), 2.2 * rim_m)
                             : camera_perspective(vec3(0, 2, 6), vec3(0, 0, 0), 0.8);
   TRY(lit_view_make(&view, lab, &scene, &camera, size, size, method, NULL));
   TRY(lit_view_keep(&view, lab));

@@ -1,3 +1,4 @@
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -68,7 +69,7 @@ Status measure_projective_aliasing(StabilityPoint *point, Lab *lab, ShadowMethod
   double seen = (double)lit_view_seen(&view), band = band_texels(method, 3);
   point->measured = (double)lit_view_wrong(&view) / seen;
   point->bound = (double)lit_view_edges(&view) * band / seen;
-  point->warned = lit_view_edge_pixels(&view, band) / seen;
+  point->warned = fmin(lit_view_edge_pixels(&view, band) / seen, 1);
 
 done:
   lit_view_free(&view);
@@ -76,24 +77,27 @@ done:
   return status;
 }
 
-// Pixels whose verdict is another one than a frame before.
-static size_t changed(const float *now, const float *before, size_t pixels)
+// Pixels that differ from what stood there a frame before, when the camera was a pixel farther left.
+static size_t changed(const float *now, const float *before, uint32_t width, uint32_t height)
 {
   size_t count = 0;
-  for (size_t i = 0; i < pixels; i++) count += lab_differ((double)now[i], (double)before[i]);
+  for (uint32_t y = 0; y < height; y++)
+    for (uint32_t x = 0; x + 1 < width; x++)
+      count += lab_differ((double)now[y * width + x], (double)before[y * width + x + 1]);
   return count;
 }
 
-// Slabs over a floor in the sun, and a camera that drifts by a share of a texel a frame. What the map's edges change
-// beyond what the true ones do: both sweep as many pixels where the map stands still in the world.
+// Slabs over a floor in the sun, and a camera that drifts by a pixel a frame: what it sees is the same again, so that
+// all that changes is the map. The sweep is the map's size: from two texels a frame to a sixteenth.
 Status measure_shimmer(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
+  // Pixels whose middle lies on a texel's edge go either way by rounding.
+  static const double on_edges = 1e-3;
   Status status = STATUS_OK;
   LitView view = {0};
   uint32_t size = lab->quick ? 64 : 128, frames = lab->quick ? 9 : 64;
-  size_t pixels = (size_t)size * size, by_method = 0, by_rays = 0, seen = 0;
-  const ShadowOptions options = {.kernel_px = 3, .map_size_px = 256};
-  double texel_m = 0;
+  size_t pixels = (size_t)size * size, by_method = 0, by_rays = 0;
+  const ShadowOptions options = {.kernel_px = 3, .map_size_px = (uint32_t)point->value};
   float *before = malloc(2 * pixels * sizeof *before);
   Scene scene = scene_empty();
   int white = scene_add_material(&scene, material_plain(vec3(1, 1, 1), 0, 1));
@@ -108,25 +112,19 @@ Status measure_shimmer(StabilityPoint *point, Lab *lab, ShadowMethod method)
     goto done;
   }
   for (uint32_t frame = 0; frame < frames; frame++) {
-    double moved = point->value * texel_m * frame;
-    Vec3 eye = vec3(0.8 * moved, 0.4, 0.6 * moved);
+    Vec3 eye = vec3(2.0 / size * frame, 0.4, 0);
     Camera camera = camera_orthographic(eye, vec3_sub(eye, vec3(0, 1, 0)), 1);
     TRY(lit_view_make(&view, lab, &scene, &camera, size, size, method, &options));
-    if (frame == 0) texel_m = lit_view_texel_m(&view, vec3(0, 0, 0));
-    if (texel_m == 0) texel_m = 2.0 / size;
-    if (frame > 0) by_method += changed(view.lit, before, pixels);
-    if (frame > 0) by_rays += changed(view.rays, before + pixels, pixels);
+    if (frame > 0) by_method += changed(view.lit, before, size, size);
+    if (frame > 0) by_rays += changed(view.rays, before + pixels, size, size);
     memcpy(before, view.lit, pixels * sizeof *before);
     memcpy(before + pixels, view.rays, pixels * sizeof *before);
-    seen += frame > 0 ? lit_view_seen(&view) : 0;
     if (frame + 1 == frames) TRY(lit_view_keep(&view, lab));
     lit_view_free(&view);
   }
-  // A ramp changes all along its width, an edge where it is.
-  double more = method == SHADOWS_PCF ? options.kernel_px + 1 : method == SHADOWS_PCSS ? 2 : 1;
-  point->measured = fabs((double)by_method - (double)by_rays) / (double)seen;
-  point->bound = point->warned = 3 * sqrt((double)(by_method + by_rays)) / (double)seen;
-  (void)more;
+  double all = (double)pixels * (frames - 1);
+  point->measured = by_method > by_rays ? (double)(by_method - by_rays) / all : 0;
+  point->bound = point->warned = on_edges;
 
 done:
   lit_view_free(&view);

@@ -104,7 +104,7 @@ Status measure_peter_panning(StabilityPoint *point, Lab *lab, ShadowMethod metho
   double texels = method == SHADOWS_PCF ? 1 + 0.5 * options.kernel_px : method == SHADOWS_PCSS ? 1.5 : 1;
   for (size_t i = 0; i < shot_pixels(&view.truth); i++) {
     Vec3 at = shot_vector(&view.truth, i, AOV_POSITION);
-    bool on_floor = view.seen[i] && fabs(at.y) < 1e-4 && at.x > 0;
+    bool on_floor = view.seen[i] && fabs(at.y) < 1e-4 && at.x > 0 && at.x < 0.5 * height / tan(elevation);
     if (on_floor && view.rays[i] < 0.5f && lab_differ((double)view.lit[i], 0))
       point->measured = fmax(point->measured, at.x);
   }
@@ -162,7 +162,8 @@ Status measure_zero_size(StabilityPoint *point, Lab *lab, ShadowMethod method)
   Status status = STATUS_OK;
   LitView soft = {0}, hard = {0};
   ShadowOptions options = {.kernel_px = 1, .map_size_px = 256, .light_radius_m = (float)point->value};
-  ShadowMethod reference = method == SHADOWS_AREA ? SHADOWS_RAYS : SHADOWS_PCF;
+  const ShadowOptions point_options = {.kernel_px = 1, .map_size_px = 256};
+  ShadowMethod reference = method == SHADOWS_AREA ? SHADOWS_RAYS : method;
   uint32_t size = lab->quick ? 64 : 192;
   Scene scene = scene_empty();
   int white = scene_add_material(&scene, material_plain(vec3(1, 1, 1), 0, 1));
@@ -171,7 +172,7 @@ Status measure_zero_size(StabilityPoint *point, Lab *lab, ShadowMethod method)
   scene_add_light(&scene, light_spot(vec3(0.1, lamp_m, 0.05), vec3(0, 0, 0), 4 * M_PI, 0.7, 0.8));
   Camera camera = camera_orthographic(vec3(0, 0.9, 0), vec3(0, 0, 0), 1.2);
   TRY(lit_view_make(&soft, lab, &scene, &camera, size, size, method, &options));
-  TRY(lit_view_make(&hard, lab, &scene, &camera, size, size, reference, &options));
+  TRY(lit_view_make(&hard, lab, &scene, &camera, size, size, reference, &point_options));
   TRY(lab_keep(lab, soft.lit, hard.lit, size, size, 1));
   size_t different = 0;
   for (size_t i = 0; i < shot_pixels(&soft.truth); i++)
@@ -179,7 +180,7 @@ Status measure_zero_size(StabilityPoint *point, Lab *lab, ShadowMethod method)
   // The half-shadow of a plate at plate_m, and a texel either way; the disc is a texel wide at least.
   double half_shadow_m = 2 * point->value * plate_m / (lamp_m - plate_m);
   double texels = half_shadow_m / lit_view_texel_m(&soft, vec3(0, 0, 0));
-  bool is_soft = method == SHADOWS_AREA ? point->value > 0 : texels > 1;
+  bool is_soft = method == SHADOWS_AREA ? point->value > 0 : texels > 0.9;
   double pixels = is_soft ? lit_view_edge_pixels(&hard, texels + 2) : 0;
   point->measured = (double)different / (double)lit_view_seen(&soft);
   point->bound = point->warned = pixels / (double)lit_view_seen(&soft);
