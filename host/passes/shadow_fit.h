@@ -31,6 +31,9 @@ typedef struct ShadowFit {
 // (magnification 1; a cascade takes its slice for what it sees). The texels of all views together stay under 2^24, or
 // 2^22 for hybrid shadows, which keep more of each.
 //
+// The near plane of a point or spot light's maps is at a thousandth of the way to the farthest point of the scene: what
+// is nearer to the light than that casts shadows, but receives none, for all casters before it are at depth 0.
+//
 // False where the light can reach nothing: in no cone, or without light.
 bool shadow_fit(ShadowFit *out, const LightInfo *light, ShadowMethod method, const ShadowOptions *options,
                 const ShadowScope *scope);

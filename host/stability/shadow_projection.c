@@ -65,13 +65,14 @@ Status measure_depth_range(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
   Status status = STATUS_OK;
   LitView view = {0};
-  double depth = 1 / point->value, share = 1, resolution = 0;
+  double depth = 1 / point->value, share = 1, resolution = 0, map_depth = 0;
   for (double tried = 0.5; tried > 1e-7; tried *= 0.5) {
     TRY(gap_view_make(&view, lab, depth, tried * depth, method));
     TRY(lit_view_keep(&view, lab));
     bool resolved = lit_view_edges(&view) > 0 && share_off_edges(&view, method, 3) == 0;
     const RasterView *raster = &view.fit.views[0].raster;
     resolution = (double)view.fit.info.depth_slack * depth / fabs((double)raster->depth_by_w);
+    map_depth = (double)raster->depth_far + (double)raster->depth_by_w / depth;
     lit_view_free(&view);
     if (!resolved) break;
     share = tried;
@@ -79,6 +80,8 @@ Status measure_depth_range(StabilityPoint *point, Lab *lab, ShadowMethod method)
   point->measured = share;
   // Slack of a depth in [0, 1], through depth = far + by_w / w; halves make it twice that. Rays have 64 roundings of 2^-24 (lib/triangle.cl).
   point->bound = point->warned = fmax(2 * resolution, 128 * 0x1p-24);
+  // Before the near plane all casters are at depth 0: passes/shadow_fit.h.
+  if (map_depth <= 0) point->warned = 1;
 
 done:
   lit_view_free(&view);
