@@ -5,5 +5,6 @@
 #include <stdbool.h>
 
 // Is the N-th call with this `kind`, or a later one, under way, for FRUGAL_FAULT=kind:N? Kinds, by what calls:
-// build, buffer, launch, read, and corrupt (the N-th read alone comes back with a wrong number).
+// build, buffer, launch, read, corrupt (the N-th read alone comes back with a wrong number), and stability (a measured
+// picture comes out wrong).
 bool fault_due(const char *kind);

@@ -104,41 +104,81 @@ Status measure_fan(StabilityPoint *point, Lab *lab, ShadowMethod method)
   return status;
 }
 
-// Which of two quads in a tilted plane is seen as a camera passes; share of the pixels of both where it is not the one
-// that most see, or where raster and rays disagree.
-static Status coplanar_measure(StabilityPoint *point, Lab *lab, const Vec3 u[2], const Vec3 v[2])
+// A quad about a middle: its sides, and where that is.
+typedef struct Sheet {
+  Vec3 u, v, middle;
+} Sheet;
+
+// In a plane through the origin tilted by `degrees`, turned within it, and `lift` before it.
+static Sheet sheet_tilted(double degrees, double turn, double lift)
+{
+  double tilt = degrees * M_PI / 180;
+  Vec3 along = vec3(cos(tilt), 0, sin(tilt)), across = vec3(0, 1, 0);
+  return (Sheet){vec3_scale(vec3_add(vec3_scale(along, cos(turn)), vec3_scale(across, sin(turn))), 2),
+                 vec3_scale(vec3_sub(vec3_scale(across, cos(turn)), vec3_scale(along, sin(turn))), 2),
+                 vec3_scale(vec3_cross(along, across), lift)};
+}
+
+// Is a point, of the plane or near it, within the sheet and not at its rim?
+static bool sheet_covers(const Sheet *sheet, Vec3 point)
+{
+  Vec3 from_middle = vec3_sub(point, sheet->middle);
+  return fabs(vec3_dot(from_middle, sheet->u)) < 0.48 * vec3_dot(sheet->u, sheet->u) &&
+         fabs(vec3_dot(from_middle, sheet->v)) < 0.48 * vec3_dot(sheet->v, sheet->v);
+}
+
+// Counts, where both sheets are, which is seen, and where raster and rays disagree.
+typedef struct Winners {
+  size_t of_first, of_second, disagree;
+} Winners;
+
+static Status winners_count(Winners *out, Lab *lab, const DeviceScene *scene, const Sheet sheets[2], uint32_t frame)
+{
+  Status status = STATUS_OK;
+  Shot by_rays = {0}, by_raster = {0};
+  uint32_t size = lab->quick ? 64 : 192;
+  Vec3 eye = vec3(0.031 * frame - 0.1, 0.017 * frame, 3 + 0.013 * frame);
+  Camera camera = camera_perspective(eye, vec3(0, 0, 0), 0.3);
+  RenderSettings settings = lab_settings(size, size);
+  TRY(lab_render(&by_rays, lab, scene, &camera, &settings));
+  settings.primary = PRIMARY_RASTER;
+  TRY(lab_render(&by_raster, lab, scene, &camera, &settings));
+  TRY(lab_keep(lab, by_raster.radiance, by_rays.radiance, size, size, 4));
+  for (size_t i = 0; i < shot_pixels(&by_rays); i++) {
+    Vec3 at = shot_vector(&by_rays, i, AOV_POSITION);
+    if (!sheet_covers(&sheets[0], at) || !sheet_covers(&sheets[1], at)) continue;
+    out->of_first += by_rays.ids[i] == 0;
+    out->of_second += by_rays.ids[i] == 1;
+    out->disagree += by_rays.ids[i] != by_raster.ids[i];
+  }
+
+done:
+  shot_free(&by_rays);
+  shot_free(&by_raster);
+  return status;
+}
+
+// Share of where both are that does not see the one that most of it sees, as a camera passes, or where raster and rays
+// disagree.
+static Status coplanar_measure(StabilityPoint *point, Lab *lab, const Sheet sheets[2])
 {
   Status status = STATUS_OK;
   DeviceScene on_device = {0};
-  uint32_t size = lab->quick ? 64 : 192, frames = lab->quick ? 3 : 12;
-  size_t of_first = 0, of_second = 0, disagree = 0;
+  Winners winners = {0};
   Scene scene = scene_empty();
-  int colors[2] = {scene_add_material(&scene, material_glowing(vec3(0.8, 0.8, 0.8))),
-                   scene_add_material(&scene, material_glowing(vec3(0.1, 0.1, 0.1)))};
-  for (int i = 0; i < 2; i++) scene_add_quad(&scene, colors[i], vec3_scale(vec3_add(u[i], v[i]), -0.5), u[i], v[i]);
+  const int colors[2] = {scene_add_material(&scene, material_glowing(vec3(0.8, 0.8, 0.8))),
+                         scene_add_material(&scene, material_glowing(vec3(0.1, 0.1, 0.1)))};
+  for (int i = 0; i < 2; i++) {
+    Vec3 half = vec3_scale(vec3_add(sheets[i].u, sheets[i].v), 0.5);
+    scene_add_quad(&scene, colors[i], vec3_sub(sheets[i].middle, half), sheets[i].u, sheets[i].v);
+  }
   TRY(scene_check_complete(&scene, lab->log));
   TRY(device_scene_make(&on_device, lab->device, &scene, NULL, lab->log));
-  for (uint32_t frame = 0; frame < frames; frame++) {
-    Shot shots[2] = {0};
-    Vec3 eye = vec3(0.031 * frame - 0.1, 0.017 * frame, 3 + 0.013 * frame);
-    Camera camera = camera_perspective(eye, vec3(0, 0, 0), 0.3);
-    RenderSettings settings = lab_settings(size, size);
-    status = lab_render(&shots[0], lab, &on_device, &camera, &settings);
-    settings.primary = PRIMARY_RASTER;
-    if (!status) status = lab_render(&shots[1], lab, &on_device, &camera, &settings);
-    for (size_t i = 0; i < (size_t)size * size && !status; i++) {
-      uint32_t by_rays = shots[0].ids[i], by_raster = shots[1].ids[i];
-      of_first += by_rays == 0;
-      of_second += by_rays == 1;
-      disagree += by_rays != by_raster;
-    }
-    if (!status) status = lab_keep(lab, shots[1].radiance, shots[0].radiance, size, size, 4);
-    shot_free(&shots[0]);
-    shot_free(&shots[1]);
-    TRY(status);
-  }
-  size_t flips = of_first < of_second ? of_first : of_second;
-  point->measured = (double)(flips + disagree) / fmax((double)(of_first + of_second), 1);
+  for (uint32_t frame = 0; frame < (lab->quick ? 3 : 12); frame++)
+    TRY(winners_count(&winners, lab, &on_device, sheets, frame));
+  size_t flips = winners.of_first < winners.of_second ? winners.of_first : winners.of_second;
+  double all = (double)(winners.of_first + winners.of_second);
+  point->measured = all > 0 ? (double)(flips + winners.disagree) / all : NAN;
 
 done:
   device_scene_free(&on_device);
@@ -146,27 +186,22 @@ done:
   return status;
 }
 
-// Directions along and across a plane tilted by the point's value in degrees, turned within it by `turn`.
-static void tilted(Vec3 *u, Vec3 *v, double degrees, double turn)
-{
-  double tilt = degrees * M_PI / 180;
-  Vec3 along = vec3(cos(tilt), 0, sin(tilt)), across = vec3(0, 1, 0);
-  *u = vec3_scale(vec3_add(vec3_scale(along, cos(turn)), vec3_scale(across, sin(turn))), 2);
-  *v = vec3_scale(vec3_sub(vec3_scale(across, cos(turn)), vec3_scale(along, sin(turn))), 2);
-}
-
+// The same quad twice; the sweep is the tilt of its plane in degrees.
 Status measure_coplanar_twins(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
-  Vec3 u[2], v[2];
-  for (int i = 0; i < 2; i++) tilted(&u[i], &v[i], point->value, 0.3);
-  return coplanar_measure(point, lab, u, v);
+  const Sheet sheets[2] = {sheet_tilted(point->value, 0.3, 0), sheet_tilted(point->value, 0.3, 0)};
+  return coplanar_measure(point, lab, sheets);
 }
 
+// Two quads turned against each other in planes a little apart; the sweep is how far, in metres.
 Status measure_coplanar(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
-  Vec3 u[2], v[2];
-  for (int i = 0; i < 2; i++) tilted(&u[i], &v[i], point->value, 0.3 + 0.5 * i);
-  return coplanar_measure(point, lab, u, v);
+  static const double reach_m = 5, roundings = 64 * 0x1p-24;  // lib/triangle.cl
+  const Sheet sheets[2] = {sheet_tilted(20, 0.3, 0), sheet_tilted(20, 0.8, point->value)};
+  Status status = coplanar_measure(point, lab, sheets);
+  // Nearer than the triangle test's rounding either is seen: the one that fewer pixels see is seen by half at most.
+  if (point->value < reach_m * roundings) point->warned = 0.5;
+  return status;
 }
 
 // Source: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014 (SplitMix64).

@@ -59,6 +59,10 @@ Status measure_self_hits(StabilityPoint *point, Lab *lab, ShadowMethod method)
   return status;
 }
 
+// What the start of a shadow ray is moved by along a normal, as a share of the distance from the origin: POSITION_ERROR
+// of lib/surface.cl.
+static const double start_moved = 8.4e-7;
+
 // Is the floor in shadow under a plate that hangs `gap` over it, over half of what is seen?
 static Status contact_is_kept(bool *kept, Lab *lab, double moved, double gap)
 {
@@ -78,8 +82,9 @@ static Status contact_is_kept(bool *kept, Lab *lab, double moved, double gap)
   Status status = lab_render_scene(&shot, lab, &scene, &camera, &settings);
   *kept = true;
   for (int i = 0; i < SIZE * SIZE && !status; i++) {
-    if (i % SIZE < SIZE / 2 - 1) *kept &= shot.radiance[4 * i] == 0;
-    if (i % SIZE > SIZE / 2 + 1) *kept &= shot.radiance[4 * i] > 0;
+    double x = (i % SIZE + 0.5) * 2 / SIZE - 1, slack_m = 0.07 + 0.2 * gap;
+    if (x < -slack_m) *kept &= shot.radiance[4 * i] == 0;
+    if (x > slack_m) *kept &= shot.radiance[4 * i] > 0;
   }
   shot_free(&shot);
   scene_free(&scene);
@@ -91,14 +96,15 @@ Status measure_contact(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
   static const double vertices_m = 2.83, roundings = 64 * 0x1p-24;  // lib/triangle.cl
   Status status = STATUS_OK;
-  double step = ulp(fmax(point->value, 1)), gap = 4096;
+  double step = ulp(fmax(point->value, 1)), gap = exp2(floor(log2(fmin(1 / step, 4096))));
   bool kept = true;
   while (gap >= 2 && kept) {
     TRY(contact_is_kept(&kept, lab, point->value, gap * step));
     if (kept) gap /= 2;
   }
   point->measured = 2 * gap;
-  point->bound = point->warned = 4 + 2 * roundings * vertices_m / step;
+  point->bound = 2 * (2 + (start_moved * point->value + roundings * vertices_m) / step);
+  point->warned = point->bound;
 
 done:
   return status;
@@ -155,7 +161,23 @@ static size_t contrasts(const Shot *shot)
   return count;
 }
 
-// Vertices, lamp and camera are each rounded by up to half an ulp of where they are, along three axes.
+// Pixels whose light changes visibly where its way from the lamp becomes `shift_m` shorter, at most by shift / height
+// of the lamp over the surface and 3 shift / distance of E = I height / distance^3.
+static size_t shaded_otherwise(const Shot *shot, Vec3 lamp, double shift_m)
+{
+  size_t count = 0;
+  for (size_t i = 0; i < shot_pixels(shot); i++) {
+    if (shot->ids[i] == AOV_NONE) continue;
+    Vec3 to_lamp = vec3_sub(lamp, shot_vector(shot, i, AOV_POSITION));
+    double height = vec3_dot(to_lamp, shot_vector(shot, i, AOV_NORMAL)), radiance = shot->radiance[4 * i];
+    double share = 3 * shift_m / vec3_length(to_lamp) + (height > 0 ? shift_m / height : 0);
+    count += lab_differ(radiance, radiance * (1 + share));
+  }
+  return count;
+}
+
+// Vertices, lamp and camera are each rounded by up to half an ulp of where they are along three axes, and a shadow ray's
+// start, from which its light is reckoned, is moved along the normal.
 Status measure_move(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
   static const double nearest_m = 4;  // what the camera sees is no nearer
@@ -164,10 +186,12 @@ Status measure_move(StabilityPoint *point, Lab *lab, ShadowMethod method)
   TRY(boxes_render(&unit, lab, 1, 0));
   TRY(boxes_render(&moved, lab, 1, point->value));
   TRY(lab_keep(lab, moved.radiance, unit.radiance, unit.width, unit.height, 4));
-  point->measured = (double)lab_count_different(&moved, &unit) / (double)shot_pixels(&unit);
-  double shift_px = sqrt(3) * ulp(point->value + 5) / ((double)unit.camera.scale * nearest_m);
-  point->bound = fmin((double)contrasts(&unit) * shift_px / (double)shot_pixels(&unit) + 1e-3, 1);
-  point->warned = point->bound;
+  double pixels = (double)shot_pixels(&unit), rounded_m = sqrt(3) * ulp(point->value + 5);
+  double start_m = rounded_m + sqrt(3) * start_moved * point->value;
+  double edges_px = (double)contrasts(&unit) * (rounded_m + start_m) / ((double)unit.camera.scale * nearest_m);
+  double shaded_px = (double)shaded_otherwise(&unit, vec3(1.5, 3, 2), start_m);
+  point->measured = (double)lab_count_different(&moved, &unit) / pixels;
+  point->bound = point->warned = fmin((edges_px + shaded_px) / pixels + 1e-3, 1);
 
 done:
   shot_free(&unit);

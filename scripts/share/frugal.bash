@@ -34,6 +34,10 @@ _frugal_value()
       _frugal_words "${before}depth ${before}position ${before}normal ${before}albedo ${before}object
         ${before}primitive ${before}material ${before}shadow ${before}reflection" "$2"
       ;;
+    --only)
+      _frugal_words "shadows geometry
+        $("$program" stability --list 2>/dev/null | sed 's/^[a-z]*  *\([a-z-]*\) .*/\1/')" "$2"
+      ;;
     --device)
       _frugal_words "cpu gpu
         $("$program" devices --no-self-test 2>/dev/null | sed -n 's/^\([0-9]*\)  .*/\1/p')" "$2"
