@@ -88,7 +88,9 @@ static size_t changed(const float *now, const float *before, uint32_t width, uin
 }
 
 // Slabs over a floor in the sun, and a camera that drifts by a pixel a frame: what it sees is the same again, so that
-// all that changes is the map. The sweep is the map's size: from two texels a frame to a sixteenth.
+// all that changes is the map. The sweep is the map's size: from two texels a frame to a sixteenth. Where one cascade
+// ends and the next begins moves by whole texels, and with it what is looked up in which: a strip a texel wide, in which
+// edges of shadows are drawn otherwise.
 Status measure_shimmer(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
   // Pixels whose middle lies on a texel's edge go either way by rounding.
@@ -97,6 +99,7 @@ Status measure_shimmer(StabilityPoint *point, Lab *lab, ShadowMethod method)
   LitView view = {0};
   uint32_t size = lab->quick ? 64 : 128, frames = lab->quick ? 9 : 64;
   size_t pixels = (size_t)size * size, by_method = 0, by_rays = 0;
+  double seams_px = 0;
   const ShadowOptions options = {.kernel_px = 3, .map_size_px = (uint32_t)point->value};
   float *before = malloc(2 * pixels * sizeof *before);
   Scene scene = scene_empty();
@@ -119,12 +122,15 @@ Status measure_shimmer(StabilityPoint *point, Lab *lab, ShadowMethod method)
     if (frame > 0) by_rays += changed(view.rays, before + pixels, size, size);
     memcpy(before, view.lit, pixels * sizeof *before);
     memcpy(before + pixels, view.rays, pixels * sizeof *before);
+    double texel_px = lit_view_texel_m(&view, eye) * size / 2;
+    double at_edges = lit_view_edge_pixels(&view, band_texels(method, options.kernel_px)) / (double)pixels;
+    if (frame > 0) seams_px += texel_px * size * fmin(at_edges, 1);
     if (frame + 1 == frames) TRY(lit_view_keep(&view, lab));
     lit_view_free(&view);
   }
   double all = (double)pixels * (frames - 1);
   point->measured = by_method > by_rays ? (double)(by_method - by_rays) / all : 0;
-  point->bound = point->warned = on_edges;
+  point->bound = point->warned = on_edges + seams_px / all;
 
 done:
   lit_view_free(&view);
