@@ -120,7 +120,7 @@ done:
 // Two rooms under one roof with a sheet between them, a lamp in one; floor of the other, beyond the kernel.
 Status measure_bleeding(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
-  static const Vec3 lamp = {-1, 1, 0.1}, up = {0, 1, 0};
+  static const Vec3 lamp = {-1, 1, 0.1};
   Status status = STATUS_OK;
   LitView view = {0};
   ShadowOptions options = {.kernel_px = (uint32_t)point->value, .map_size_px = 256};
@@ -138,12 +138,12 @@ Status measure_bleeding(StabilityPoint *point, Lab *lab, ShadowMethod method)
   TRY(lit_view_keep(&view, lab));
   size_t seen = 0;
   for (size_t i = 0; i < shot_pixels(&view.truth); i++) {
-    // Kernel and texel along the floor at the sheet's foot, and what must stand before the receiver.
-    Vec3 at = shot_vector(&view.truth, i, AOV_POSITION), away = vec3_sub(at, lamp);
-    double sine = fabs(vec3_dot(vec3_unit_or(away, up), up));
-    double reach = (0.5 * options.kernel_px + 1 + (double)view.fit.info.slope_px * M_SQRT2) *
-                   lit_view_texel_m(&view, at) * M_SQRT2 / sine;
-    if (!view.seen[i] || at.x < reach) continue;
+    // Kernel, texel, and what must stand before the receiver, in texels along x on the floor.
+    Footprint texel;
+    if (!view.seen[i] || !lit_view_footprint(&texel, &view, i)) continue;
+    double across_m = (fabs(texel.x[0]) + fabs(texel.y[0])) * (double)view.truth.camera.scale;
+    double reach_m = (0.5 * options.kernel_px + 1 + (double)view.fit.info.slope_px) * across_m;
+    if (shot_vector(&view.truth, i, AOV_POSITION).x < reach_m) continue;
     seen++;
     lit += lab_differ((double)view.lit[i], 0);
   }
