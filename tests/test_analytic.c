@@ -7,11 +7,11 @@
 
 #include <cmocka.h>
 
+#include "scene/scene_build.h"
 #include "shared/aov.h"
 #include "support/gltf_build.h"
 #include "support/oracle_camera.h"
 #include "support/picture_fixture.h"
-#include "scene/scene_build.h"
 
 enum { SURFACE_AOVS = AOV_NAME_SHADOW - 1 };
 

@@ -8,9 +8,9 @@
 
 #include <cmocka.h>
 
+#include "scene/scene_build.h"
 #include "scene/scene_defaults.h"
 #include "support/plane_lab.h"
-#include "scene/scene_build.h"
 
 static PictureRequest sampled_request(uint32_t width, uint32_t height, uint32_t samples)
 {

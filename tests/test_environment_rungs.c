@@ -9,12 +9,12 @@
 #include <cmocka.h>
 
 #include "device_scene/environment_levels.h"
+#include "scene/scene_build.h"
 #include "scene/scene_defaults.h"
 #include "shared/scene.h"
 #include "support/gltf_build.h"
 #include "support/oracle_environment.h"
 #include "support/plane_lab.h"
-#include "scene/scene_build.h"
 
 // ---- prefiltered levels ---------------------------------------------------------------------------------------------
 

@@ -12,8 +12,8 @@
 
 #include <cmocka.h>
 
-#include "support/oracle_environment.h"
 #include "scene/scene_build.h"
+#include "support/oracle_environment.h"
 #include "support/shade_lab.h"
 
 // ---- surfaces -------------------------------------------------------------------------------------------------------

@@ -7,10 +7,10 @@
 
 #include <cmocka.h>
 
+#include "scene/scene_build.h"
 #include "support/gltf_build.h"
 #include "support/oracle_camera.h"
 #include "support/picture_fixture.h"
-#include "scene/scene_build.h"
 
 // The sides of the world and the colours that the shared sides_256x128.hdr gives them: in the picture's middle red, a
 // quarter to the right green, a quarter to the left blue, behind yellow, above white, below grey.

@@ -6,9 +6,9 @@
 
 #include <cmocka.h>
 
+#include "scene/scene_build.h"
 #include "support/oracle_camera.h"
 #include "support/picture_fixture.h"
-#include "scene/scene_build.h"
 
 static PictureRequest mirror_request(uint32_t width, uint32_t height, LightingModel model)
 {

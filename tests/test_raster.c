@@ -11,11 +11,11 @@
 
 #include <cmocka.h>
 
+#include "scene/scene_build.h"
 #include "shared/bvh.h"
 #include "shared/stream.h"
 #include "support/oracle_scene.h"
 #include "support/raster_fixture.h"
-#include "scene/scene_build.h"
 
 // Checks one view of a soup, at 1 and 4 samples, and frees the soup. Returns how many samples hit at 1.
 static uint32_t soup_check(const char *what, Soup *soup, const Camera *camera, uint32_t width, uint32_t height)

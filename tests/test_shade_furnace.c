@@ -9,9 +9,9 @@
 
 #include <cmocka.h>
 
+#include "scene/scene_build.h"
 #include "scene/scene_defaults.h"
 #include "support/oracle_environment.h"
-#include "scene/scene_build.h"
 #include "support/shade_lab.h"
 
 #define COUNT_OF(array) (sizeof(array) / sizeof *(array))

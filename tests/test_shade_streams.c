@@ -8,8 +8,8 @@
 
 #include <cmocka.h>
 
-#include "support/oracle_environment.h"
 #include "scene/scene_build.h"
+#include "support/oracle_environment.h"
 #include "support/shade_lab.h"
 
 static void assert_close(const float got[3], Vec3 wanted, double relative, double absolute, const char *what,

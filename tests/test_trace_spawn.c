@@ -8,8 +8,8 @@
 
 #include <cmocka.h>
 
-#include "support/picture_fixture.h"
 #include "scene/scene_build.h"
+#include "support/picture_fixture.h"
 #include "support/trace_fixture.h"
 
 enum { SIZE_PX = 128, ELEVATIONS = 12 };

@@ -24,15 +24,13 @@ typedef struct ShadowFit {
 // Directional lights: the scene as seen along the light, and before it up to three cascades, each a part of what the
 // camera sees, wherever that is less than the whole (from Zhang, Sun, Xu, Lun, "Parallel-Split Shadow Maps for
 // Large-scale Virtual Environments", 2006); maps move by whole texels. Casters before a map's near plane are drawn at
-// depth 0, where the eye plane allows.
+// depth 0, where the eye plane allows; receivers before it are lit, whatever stands before them: the near plane of a
+// point or spot light's maps is at a small share of the way to the farthest point of the scene.
 //
 // With options->map_size_px 0 the size is the power of two, of SHADOW_MAP_LEAST_PX to SHADOW_MAP_MOST_PX, at which a
 // texel is no larger on the picture than a pixel for half of the points of a grid over what the camera sees
 // (magnification 1; a cascade takes its slice for what it sees). The texels of all views together stay under 2^24, or
 // 2^22 for hybrid shadows, which keep more of each.
-//
-// The near plane of a point or spot light's maps is at a thousandth of the way to the farthest point of the scene: what
-// is nearer to the light than that casts shadows, but receives none, for all casters before it are at depth 0.
 //
 // False where the light can reach nothing: in no cone, or without light.
 bool shadow_fit(ShadowFit *out, const LightInfo *light, ShadowMethod method, const ShadowOptions *options,

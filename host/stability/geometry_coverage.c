@@ -5,8 +5,8 @@
 #include "shared/stream.h"
 #include "stability/geometry_measures.h"
 
-// A sheet that emits 1 and covers half of what is behind it: a pixel is 0.5 where it is seen once, 0 where it is missed,
-// 0.75 where it is seen twice.
+// A sheet that emits 1 and covers half of what is behind it: a pixel is 0.5 where it is seen once, 0 where it is
+// missed, 0.75 where it is seen twice.
 static Material half_sheet(void)
 {
   Material material = material_plain(vec3(1, 1, 1), 0, 1);

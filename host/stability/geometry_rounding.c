@@ -176,8 +176,8 @@ static size_t shaded_otherwise(const Shot *shot, Vec3 lamp, double shift_m)
   return count;
 }
 
-// Vertices, lamp and camera are each rounded by up to half an ulp of where they are along three axes, and a shadow ray's
-// start, from which its light is reckoned, is moved along the normal.
+// Vertices, lamp and camera are each rounded by up to half an ulp of where they are along three axes, and the start of
+// a shadow ray, from which its light is reckoned, is moved along the normal.
 Status measure_move(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
   static const double nearest_m = 4;  // what the camera sees is no nearer

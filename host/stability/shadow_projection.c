@@ -40,6 +40,12 @@ done:
   return status;
 }
 
+// A speck at a light's back: a map has to begin at the light.
+static void backdrop_add(Scene *scene, int material)
+{
+  scene_add_quad(scene, material, vec3(0, 0, 0.5), vec3(1e-3, 0, 0), vec3(0, 1e-3, 0));
+}
+
 // A plate `gap` before a screen that fills the light's view from `depth` on, in a scene that reaches to 1.
 static Status gap_view_make(LitView *out, Lab *lab, double depth, double gap, ShadowMethod method)
 {
@@ -47,6 +53,7 @@ static Status gap_view_make(LitView *out, Lab *lab, double depth, double gap, Sh
   double plate = depth - gap;
   Scene scene = scene_empty();
   int white = scene_add_material(&scene, material_plain(vec3(1, 1, 1), 0, 1));
+  backdrop_add(&scene, white);
   scene_add_quad(&scene, white, vec3(-1e-3, -1e-3, -1), vec3(2e-3, 0, 0), vec3(0, 2e-3, 0));
   scene_add_quad(&scene, white, vec3(-depth, -depth, -depth), vec3(2 * depth, 0, 0), vec3(0, 2 * depth, 0));
   scene_add_quad(&scene, white, vec3(-plate, -plate, -plate), vec3(plate, 0, 0), vec3(0, 2 * plate, 0));
@@ -78,7 +85,8 @@ Status measure_depth_range(StabilityPoint *point, Lab *lab, ShadowMethod method)
     share = tried;
   }
   point->measured = share;
-  // Slack of a depth in [0, 1], through depth = far + by_w / w; halves make it twice that. Rays have 64 roundings of 2^-24 (lib/triangle.cl).
+  // Slack of a depth in [0, 1], through depth = far + by_w / w; halves make it twice that. Rays have 64 roundings of
+  // 2^-24 (lib/triangle.cl).
   point->bound = point->warned = fmax(2 * resolution, 128 * 0x1p-24);
   // Before the near plane all casters are at depth 0: passes/shadow_fit.h.
   if (map_depth <= 0) point->warned = 1;
@@ -98,6 +106,7 @@ Status measure_near_caster(StabilityPoint *point, Lab *lab, ShadowMethod method)
   double plate = point->value;
   Scene scene = scene_empty();
   int white = scene_add_material(&scene, material_plain(vec3(1, 1, 1), 0, 1));
+  backdrop_add(&scene, white);
   scene_add_quad(&scene, white, vec3(-1, -1, -1), vec3(2, 0, 0), vec3(0, 2, 0));
   scene_add_quad(&scene, white, vec3(-plate, -0.3 * plate, -plate), vec3(1.1 * plate, 0, 0), vec3(0, 0.5 * plate, 0));
   scene_add_light(&scene, light_spot(vec3(0, 0, 0), vec3(0, 0, -1), M_PI, 0.6, 0.7));

@@ -24,7 +24,8 @@ _frugal_value()
     --methods) _frugal_words 'auto exact' "$2" ;;
     --primary) _frugal_words 'auto raster rays' "$2" ;;
     --environment-light) _frugal_words 'auto none ambient sh sh-ao sampled' "$2" ;;
-    --shadows | --reflections) _frugal_words 'none rays' "$2" ;;
+    --shadows) _frugal_words 'none map pcf pcss hybrid rays area' "$2" ;;
+    --reflections) _frugal_words 'none rays' "$2" ;;
     --background) _frugal_words 'environment transparent' "$2" ;;
     --exposure) _frugal_words 'auto' "$2" ;;
     --bit-depth) _frugal_words '8 16' "$2" ;;

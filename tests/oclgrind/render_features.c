@@ -13,9 +13,9 @@
 
 #include "passes/raster_depth.h"
 #include "passes/raster_visibility.h"
+#include "scene/scene_build.h"
 #include "shared/stream.h"
 #include "support/picture_fixture.h"
-#include "scene/scene_build.h"
 #include "support/scene_features.h"
 
 // The calls below stand in for OpenCL's own, for the sake of Oclgrind 21.10's check for uninitialised values: to that a

@@ -6,8 +6,8 @@
 
 #include <cmocka.h>
 
-#include "support/oracle_environment.h"
 #include "scene/scene_build.h"
+#include "support/oracle_environment.h"
 
 double plane_component(Vec3 v, int channel) { return channel == 0 ? v.x : channel == 1 ? v.y : v.z; }
 

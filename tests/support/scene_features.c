@@ -2,8 +2,8 @@
 
 #include <string.h>
 
-#include "support/oracle_scene.h"
 #include "scene/scene_build.h"
+#include "support/oracle_scene.h"
 
 enum { SIDE = 16 };
 

@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "scene/scene_build.h"
 #include "shared/bvh.h"
 #include "support/oracle_scene.h"
-#include "scene/scene_build.h"
 
 enum { TEXELS = 8 };
 
