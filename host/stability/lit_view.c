@@ -202,17 +202,22 @@ static bool edge_at(const LitView *view, size_t pixel, int axis)
   return view->edges[pixel] >> axis & 1;
 }  // EDGE_ROW, EDGE_COLUMN
 
-double lit_view_edge_pixels(const LitView *view, double texels)
+// Sum over the pixels whose edges have that bit, or for columns the next.
+static double band_pixels(const LitView *view, double texels, int row_bit)
 {
   double sum = 0;
   for (size_t i = 0; i < shot_pixels(&view->truth); i++) {
     Footprint footprint;
-    if (!(edge_at(view, i, 0) || edge_at(view, i, 1)) || !lit_view_footprint(&footprint, view, i)) continue;
+    int bits = view->edges[i] / row_bit & 3;
+    if (!bits || !lit_view_footprint(&footprint, view, i)) continue;
     for (int axis = 0; axis < 2; axis++)
-      if (edge_at(view, i, axis)) sum += texels * (fabs(footprint.x[axis]) + fabs(footprint.y[axis]));
+      if (bits >> axis & 1) sum += texels * (fabs(footprint.x[axis]) + fabs(footprint.y[axis]));
   }
   return sum;
 }
+
+double lit_view_edge_pixels(const LitView *view, double texels) { return band_pixels(view, texels, EDGE_ROW); }
+double lit_view_end_pixels(const LitView *view, double texels) { return band_pixels(view, texels, END_ROW); }
 
 size_t lit_view_edges(const LitView *view)
 {

@@ -48,6 +48,9 @@ double footprint_length(const Footprint *footprint);
 // pixel of its length by rows of the picture and |n.y| times by columns.
 double lit_view_edge_pixels(const LitView *view, double texels);
 
+// The same for the ends of surfaces.
+double lit_view_end_pixels(const LitView *view, double texels);
+
 // Neighbouring pixels of a surface with an edge between them, counted by rows and by columns.
 size_t lit_view_edges(const LitView *view);
 

@@ -6,6 +6,7 @@
 // shadow_surfaces.c: what a map does to the surfaces that it was drawn from.
 Status measure_acne(StabilityPoint *point, Lab *lab, ShadowMethod method);
 Status measure_peter_panning(StabilityPoint *point, Lab *lab, ShadowMethod method);
+Status measure_fold(StabilityPoint *point, Lab *lab, ShadowMethod method);
 Status measure_bleeding(StabilityPoint *point, Lab *lab, ShadowMethod method);
 Status measure_zero_size(StabilityPoint *point, Lab *lab, ShadowMethod method);
 

@@ -117,6 +117,35 @@ done:
   return status;
 }
 
+// Two planes that meet in a fold, both in the sun; the sweep is the angle between them. A kernel on one of them, or the
+// middle of a texel, reaches over the fold, where the other stands before the first one's plane.
+Status measure_fold(StabilityPoint *point, Lab *lab, ShadowMethod method)
+{
+  Status status = STATUS_OK;
+  LitView view = {0};
+  const ShadowOptions options = {.kernel_px = 3, .map_size_px = 256};
+  uint32_t size = lab->quick ? 64 : 192;
+  double half = point->value / 2 * M_PI / 180;
+  Vec3 along = vec3(4, 0, 0), right = vec3(0, 2 * cos(half), 2 * sin(half)), left = vec3(0, right.y, -right.z);
+  Scene scene = scene_empty();
+  int white = scene_add_material(&scene, material_plain(vec3(1, 1, 1), 0, 1));
+  scene_add_quad(&scene, white, vec3(-2, 0, 0), right, along);
+  scene_add_quad(&scene, white, vec3(-2, 0, 0), along, left);
+  scene_add_light(&scene, light_directional(vec3(0.13, -1, 0.07), M_PI));
+  Camera camera = camera_orthographic(vec3(0, 3, 0), vec3(0.02, 0, 0.01), 0.5);
+  TRY(lit_view_make(&view, lab, &scene, &camera, size, size, method, &options));
+  TRY(lit_view_keep(&view, lab));
+  double seen = (double)lit_view_seen(&view);
+  point->measured = (double)lit_view_wrong(&view) / seen;
+  point->bound = 2 * lit_view_end_pixels(&view, shadow_reach_texels(method, options.kernel_px)) / seen;
+  point->warned = point->bound;
+
+done:
+  lit_view_free(&view);
+  scene_free(&scene);
+  return status;
+}
+
 // Two rooms under one roof with a sheet between them, a lamp in one; floor of the other, beyond the kernel.
 Status measure_bleeding(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {

@@ -28,7 +28,7 @@ Verdict stability_verdict(const StabilityPoint *points, uint32_t count)
   return ratios[over / 2] <= warning_slack ? VERDICT_SAYS_SO : VERDICT_SILENT;
 }
 
-// Orders points: those that are no number last, then those beyond, by how far; then by the share of the bound.
+// Grows with the share of the bound; most where there is no number.
 static double badness(const StabilityPoint *point)
 {
   if (!isfinite(point->measured)) return INFINITY;
@@ -40,7 +40,7 @@ uint32_t stability_worst(const StabilityPoint *points, uint32_t count)
 {
   uint32_t worst = 0;
   for (uint32_t i = 1; i < count; i++)
-    if (badness(&points[i]) > badness(&points[worst])) worst = i;
+    if (badness(&points[i]) >= badness(&points[worst])) worst = i;
   return worst;
 }
 

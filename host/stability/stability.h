@@ -50,7 +50,7 @@ extern const StabilityTable shadow_table, geometry_table;
 
 typedef struct StabilityCurve {
   StabilityPoint points[STABILITY_POINTS_MOST];
-  uint32_t count, worst;  // worst: the point nearest to its bound, or farthest beyond
+  uint32_t count, worst;  // as stability_worst has it
   Verdict verdict;
   LabPictures pictures;  // of the worst point; empty where the row has none
 } StabilityCurve;
@@ -60,7 +60,7 @@ typedef struct StabilityCurve {
 // the points beyond the bound.
 Verdict stability_verdict(const StabilityPoint *points, uint32_t count);
 
-// Index of the point nearest to its bound, or farthest beyond.
+// Index of the point nearest to its bound, or farthest beyond; of equal ones the last, which is the hardest.
 uint32_t stability_worst(const StabilityPoint *points, uint32_t count);
 
 // "holds", "says so" or "silent".
