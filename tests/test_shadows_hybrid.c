@@ -9,10 +9,10 @@
 
 #include <cmocka.h>
 
+#include "scene/scene_build.h"
 #include "scene/scene_defaults.h"
 #include "support/gltf_build.h"
 #include "support/picture_fixture.h"
-#include "support/scene_build.h"
 #include "support/scene_features.h"
 #include "support/shared_models.h"
 #include "support/test_device.h"

@@ -8,8 +8,8 @@
 
 #include <cmocka.h>
 
+#include "scene/scene_build.h"
 #include "support/picture_fixture.h"
-#include "support/scene_build.h"
 #include "support/test_device.h"
 
 enum { WIDTH = 160, HEIGHT = 100 };

@@ -2,7 +2,7 @@
 
 #include "stability/shadow_measures.h"
 
-#define MAPS (1u << SHADOWS_MAP | 1u << SHADOWS_PCF | 1u << SHADOWS_PCSS)
+#define MAPS (1u << SHADOWS_MAP | 1u << SHADOWS_PCF | 1u << SHADOWS_PCSS | 1u << SHADOWS_HYBRID)
 #define MAPS_AND_RAYS (MAPS | 1u << SHADOWS_RAYS)
 
 static const StabilityRow rows[] = {
@@ -29,7 +29,7 @@ static const StabilityRow rows[] = {
      .scene = "two planes that meet in the sun",
      .parameter = "degrees between them",
      .quantity = "share falsely dark",
-     .bound = "half a texel's diagonal and half a kernel along the fold",
+     .bound = "half a texel's diagonal and half a kernel along the fold, and a pixel",
      .methods = MAPS_AND_RAYS,
      .sweep = {{170, 150, 120, 90, 60, 30}, 6, 1u | 1u << 3},
      .measure = measure_fold},
@@ -111,7 +111,7 @@ static const StabilityRow rows[] = {
      .parameter = "radius in metres",
      .quantity = "share where soft and hard differ",
      .bound = "half-shadow x edge; 0 where it is under a texel",
-     .methods = 1u << SHADOWS_PCSS,
+     .methods = 1u << SHADOWS_PCSS | 1u << SHADOWS_AREA,
      .sweep = {{0, 1e-30, 1e-6, 1e-4, 1e-3, 1e-2, 3e-2, 0.1}, 8, 1u | 1u << 1 | 1u << 3 | 1u << 6},
      .measure = measure_zero_size},
 };

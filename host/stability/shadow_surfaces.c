@@ -137,7 +137,9 @@ Status measure_fold(StabilityPoint *point, Lab *lab, ShadowMethod method)
   TRY(lit_view_keep(&view, lab));
   double seen = (double)lit_view_seen(&view);
   point->measured = (double)lit_view_wrong(&view) / seen;
-  point->bound = 2 * lit_view_end_pixels(&view, shadow_reach_texels(method, options.kernel_px)) / seen;
+  // On either side; a band holds as many pixels as it is wide, and one.
+  double reach = shadow_reach_texels(method, options.kernel_px);
+  point->bound = reach > 0 ? (2 * lit_view_end_pixels(&view, reach) + size) / seen : 0;
   point->warned = point->bound;
 
 done:
@@ -187,7 +189,7 @@ done:
 // A plate over a floor under a spot light: the soft rung less the hard one as the light's radius goes to nothing.
 Status measure_zero_size(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
-  static const double lamp_m = 2, plate_m = 1;
+  static const double lamp_m = 2, plate_m = 1.05;
   Status status = STATUS_OK;
   LitView soft = {0}, hard = {0};
   ShadowOptions options = {.kernel_px = 1, .map_size_px = 256, .light_radius_m = (float)point->value};
@@ -197,7 +199,7 @@ Status measure_zero_size(StabilityPoint *point, Lab *lab, ShadowMethod method)
   Scene scene = scene_empty();
   int white = scene_add_material(&scene, material_plain(vec3(1, 1, 1), 0, 1));
   scene_add_quad(&scene, white, vec3(-2, 0, 2), vec3(4, 0, 0), vec3(0, 0, -4));
-  scene_add_box(&scene, white, vec3(-0.4, plate_m, -0.3), vec3(0.3, plate_m + 0.05, 0.35));
+  scene_add_box(&scene, white, vec3(-0.4, plate_m - 0.05, -0.3), vec3(0.3, plate_m, 0.35));
   scene_add_light(&scene, light_spot(vec3(0.1, lamp_m, 0.05), vec3(0, 0, 0), 4 * M_PI, 0.7, 0.8));
   Camera camera = camera_orthographic(vec3(0, 0.9, 0), vec3(0, 0, 0), 1.2);
   TRY(lit_view_make(&soft, lab, &scene, &camera, size, size, method, &options));
@@ -206,13 +208,14 @@ Status measure_zero_size(StabilityPoint *point, Lab *lab, ShadowMethod method)
   size_t different = 0;
   for (size_t i = 0; i < shot_pixels(&soft.truth); i++)
     different += soft.seen[i] && lab_differ((double)soft.lit[i], (double)hard.lit[i]);
-  // The half-shadow of a plate at plate_m, and a texel either way; the disc is a texel wide at least.
+  // Share of the pixels in the half-shadow of the plate's top; PCSS adds a texel on either side, and is hard where its
+  // disc is no wider than one.
+  double texel_m = lit_view_texel_m(&soft, vec3(0, 0, 0)), edges = (double)lit_view_edges(&hard);
   double half_shadow_m = 2 * point->value * plate_m / (lamp_m - plate_m);
-  double texels = half_shadow_m / lit_view_texel_m(&soft, vec3(0, 0, 0));
-  bool is_soft = method == SHADOWS_AREA ? point->value > 0 : texels > 0.9;
-  double pixels = is_soft ? lit_view_edge_pixels(&hard, texels + 2) : 0;
+  if (method == SHADOWS_PCSS) half_shadow_m = half_shadow_m > 0.9 * texel_m ? half_shadow_m + 2 * texel_m : 0;
+  double share = edges * half_shadow_m / (double)soft.truth.camera.scale / (double)lit_view_seen(&soft);
   point->measured = (double)different / (double)lit_view_seen(&soft);
-  point->bound = point->warned = pixels / (double)lit_view_seen(&soft);
+  point->bound = point->warned = share;
 
 done:
   lit_view_free(&soft);
