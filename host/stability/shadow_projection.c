@@ -88,8 +88,8 @@ Status measure_depth_range(StabilityPoint *point, Lab *lab, ShadowMethod method)
   // Slack of a depth in [0, 1], through depth = far + by_w / w; halves make it twice that. Rays have 64 roundings of
   // 2^-24 (lib/triangle.cl).
   point->bound = point->warned = fmax(2 * resolution, 128 * 0x1p-24);
-  // Before the near plane all casters are at depth 0: passes/shadow_fit.h.
-  if (map_depth <= 0) point->warned = 1;
+  // Before the near plane all casters are at depth 0: passes/shadow_fit.h. Hybrid shadows have none.
+  if (map_depth <= 0 && method != SHADOWS_HYBRID) point->warned = 1;
 
 done:
   lit_view_free(&view);
