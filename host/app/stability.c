@@ -55,8 +55,10 @@ static const CommandLine stability_command_line = {
         "there\nand by rays, over a sweep of values. A row\n"
         "  holds    where what is measured is within the stated bound everywhere\n"
         "  says so  where it is not, but within what the method itself says that it may be off by there\n"
-        "  silent   where it is beyond that\n",
-    .closing = "\nExit codes: 0 done, 1 a row is silent, 2 usage, 3 no usable device, 5 output.\n",
+        "  silent   where it is beyond that\n"
+        "The table shows of each row the worst value: what was measured, the bound (-: none is promised there), and "
+        "what the\nmethod warns of.\n",
+    .closing = "\nExit codes: 0 done, 1 a row is silent, 2 usage, 3 no usable device, 4 memory, 5 output.\n",
     .options = stability_options,
     .option_count = sizeof stability_options / sizeof *stability_options,
 };

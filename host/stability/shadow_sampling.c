@@ -89,8 +89,8 @@ static size_t changed(const float *now, const float *before, uint32_t width, uin
 
 // Slabs over a floor in the sun, and a camera that drifts by a pixel a frame: what it sees is the same again, so that
 // all that changes is the map. The sweep is the map's size: from two texels a frame to a sixteenth. Where one cascade
-// ends and the next begins moves by whole texels, and with it what is looked up in which: a strip a texel wide, in
-// which edges of shadows are drawn otherwise.
+// ends and the next begins moves by whole texels, and with it what is looked up in which: strips a texel wide, one
+// along x and one along y, in which edges of shadows are drawn otherwise.
 Status measure_shimmer(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
   // Pixels whose middle lies on a texel's edge go either way by rounding.
@@ -124,7 +124,7 @@ Status measure_shimmer(StabilityPoint *point, Lab *lab, ShadowMethod method)
     memcpy(before + pixels, view.rays, pixels * sizeof *before);
     double texel_px = lit_view_texel_m(&view, eye) * size / 2;
     double at_edges = lit_view_edge_pixels(&view, band_texels(method, options.kernel_px)) / (double)pixels;
-    if (frame > 0) seams_px += texel_px * size * fmin(at_edges, 1);
+    if (frame > 0) seams_px += 2 * texel_px * size * fmin(at_edges, 1);
     if (frame + 1 == frames) TRY(lit_view_keep(&view, lab));
     lit_view_free(&view);
   }
