@@ -5,7 +5,7 @@
 #include "shared/raster.h"
 
 static const double spot_widest = 1.7320508;                // tangent of half of 120 degrees
-static const double near_share = 1e-2, least_share = 1e-8;  // of the greatest depth
+static const double near_share = 1e-3, least_share = 1e-8;  // of the greatest depth
 static const double depth_rounding = 8 / 16777216.0;        // of depths in [0, 1]
 // Of a texel: what a bent surface is given, and more for a wider kernel. Found by trial on fluted columns, hills and a
 // room: without it three times as many pixels are wrong, with twice as much half of the contacts open.
