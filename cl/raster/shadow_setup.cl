@@ -11,6 +11,8 @@
 //   Where skip_facing is right: between the light and a point outside a closed, consistently wound mesh lie as many of
 //   its triangles that face the light as are averted from it. If any of them stands in the way, so does an averted one.
 //   A lit surface is then not in the way of itself, and needs no bias.
+//   Fails at silhouettes of such meshes, where rounding lets a ray meet a front and pass the back beside it: about one
+//   ray in 100 000 is then lit though the tracer says dark.
 //
 //   Cost  about 15 ns a triangle; 44 bytes read, 96 written for one that survives.
 

@@ -5,9 +5,10 @@
 // Usage: bench_raster [-v] SCENE.glb... ; stages: a depth map of 1024 and of 2048 texels a side, from a light that sees
 // the whole scene; the six faces of a cube of 256, depth alone, by one view table here and face after face there; what
 // the file's camera sees at 1080p, here the hit stream that shading reads (depth, id and two weights: 16 bytes a
-// pixel), there id and depth (8 bytes), and the same shaded with 3 x 3 compares of the depth map, there alone so far;
-// the whole frame: depth map of 2048 and camera. Before any timing both must show the same, or it stops. -v: times by
-// kernel.
+// pixel), there id and depth (8 bytes); the same shaded by one light with 3 x 3 compares of its depth map of 2048, here
+// all that a render does from the wave of camera rays to the sums of the picture, glTF's BRDF and textures among it,
+// there diffuse white in 8 bits; the whole frame: that depth map and the shaded camera. Before any timing both must show
+// the same maps and triangles, or it stops. -v: times by kernel.
 
 #include <math.h>
 #include <stdio.h>
@@ -19,6 +20,7 @@
 #include "bench/scene.h"
 #include "passes/raster_depth.h"
 #include "passes/raster_visibility.h"
+#include "render/frame.h"
 #include "shared/depth_map.h"
 #include "shared/raster.h"
 #include "shared/stream.h"
@@ -38,6 +40,8 @@ typedef struct Bench {
   RasterVisibility visibility;
   CameraRays camera;
   HitStream hits;
+  DeviceScene lit_scene;  // with the light of `views` alone
+  Frame frame;            // of it
   RasterViews views;
   uint32_t tiles;
 } Bench;
@@ -86,8 +90,6 @@ done:
   return status;
 }
 
-static bool ours_has(Stage stage) { return stage != SHADED; }
-
 static double processor_ms(void)
 {
   struct timespec now;
@@ -102,7 +104,8 @@ static double ours_run_ms(Bench *bench, Stage stage)
   if (stage == MAP_1024 || stage == MAP_2048) status = map_draw(bench, stage == MAP_2048);
   if (stage == CUBE) status = depth_draw(bench, &bench->cube, bench->views.faces, 6);
   if (stage == FRAME) status = map_draw(bench, 1);
-  if (!status && (stage == VISIBILITY || stage == FRAME)) status = visibility_draw(bench);
+  if (stage == VISIBILITY) status = visibility_draw(bench);
+  if (!status && (stage == SHADED || stage == FRAME)) status = frame_render(&bench->frame, log_of(bench));
   if (!status) status = device_finish(bench->base.device, log_of(bench));
   if (status) stop(bench->base.log.error);
   return clock_ms() - begin_ms;
@@ -115,8 +118,8 @@ static double theirs_run_ms(Bench *bench, Stage stage)
   if (stage == MAP_1024) gl_peer_depth_map(peer, map_px[0], &bench->views.gl_light);
   if (stage == MAP_2048 || stage == FRAME) gl_peer_depth_map(peer, map_px[1], &bench->views.gl_light);
   if (stage == CUBE) gl_peer_cube(peer, CUBE_PX, bench->views.gl_faces);
-  if (stage == VISIBILITY || stage == FRAME) gl_peer_ids(peer, WIDTH, HEIGHT, &bench->views.gl_camera);
-  if (stage == SHADED)
+  if (stage == VISIBILITY) gl_peer_ids(peer, WIDTH, HEIGHT, &bench->views.gl_camera);
+  if (stage == SHADED || stage == FRAME)
     gl_peer_shaded(peer, WIDTH, HEIGHT, &bench->views.gl_camera, &bench->views.gl_light, bench->views.light_position);
   gl_peer_finish(peer);
   return clock_ms() - begin_ms;
@@ -265,12 +268,8 @@ static void stage_run(Bench *bench, Stage stage, bool verbose, Total *total)
   size_t first = bench->base.timeline.count;
   for (int round = -1; round < ROUNDS; round++) {  // round -1 warms up
     int at = round < 0 ? 0 : round;
-    if (ours_has(stage)) time_take(&ours, at, ours_run_ms, bench, stage);
+    time_take(&ours, at, ours_run_ms, bench, stage);
     time_take(&theirs, at, theirs_run_ms, bench, stage);
-  }
-  if (!ours_has(stage)) {
-    printf("  %-18s %8s %9.2f %7s %9s\n", stage_names[stage], "-", bench_median(theirs.wall_ms, ROUNDS), "-", "-");
-    return;
   }
   double ratio = median_ratio(theirs.wall_ms, ours.wall_ms),
          work = median_ratio(theirs.processor_ms, ours.processor_ms);
@@ -292,6 +291,41 @@ static void stage_run(Bench *bench, Stage stage, bool verbose, Total *total)
   total->log_sum += log(ratio);
   total->work_log_sum += log(work);
   total->count++;
+}
+
+// A frame of the scene under one light, which stands where the peer's does and sees as much.
+static Status frame_prepare(Bench *bench)
+{
+  Status status = STATUS_OK;
+  Scene *scene = &bench->base.scene, kept = *scene;
+  Vec3 low, high, at = vec3_from_floats(bench->views.light_position);
+  scene_bounds(scene, &low, &high);
+  Vec3 middle = vec3_scale(vec3_add(low, high), 0.5);
+  Light light = {.kind = LIGHT_SPOT,
+                 .color = {1, 1, 1},
+                 .intensity = (float)(10 * vec3_dot(vec3_sub(at, middle), vec3_sub(at, middle))),
+                 .range_m = INFINITY,
+                 .inner_cone_rad = M_PI / 7,
+                 .outer_cone_rad = M_PI / 6,
+                 .position_world = at,
+                 .direction_world = vec3_unit_or(vec3_sub(middle, at), vec3(0, -1, 0))};
+  RenderSettings settings = {.samples = 1,
+                             .primary = PRIMARY_RASTER,
+                             .shadows = SHADOWS_PCF,
+                             .shadow_options = {.map_size_px = 2048, .kernel_px = 3}};
+  SceneFacts facts = {.triangle_count = bench->triangles.triangle_count, .pixel_count = PIXELS, .light_count = 1};
+  FrameRequest request = {.camera = &bench->base.camera,
+                          .area = {WIDTH, HEIGHT, 0, 0, WIDTH, HEIGHT},
+                          .samples = 1,
+                          .plan = plan_make(&settings, &facts)};
+  scene->lights = &light;
+  scene->light_count = 1;
+  TRY(device_scene_make(&bench->lit_scene, bench->base.device, scene, NULL, log_of(bench)));
+  TRY(frame_make(&bench->frame, bench->base.device, &bench->lit_scene, &request, log_of(bench)));
+
+done:
+  *scene = kept;
+  return status;
 }
 
 static Status passes_make(Bench *bench)
@@ -329,6 +363,7 @@ static Status bench_run(Bench *bench, const char *path, bool verbose, Total *tot
   uint32_t vertices = raster_peer_take(bench->peer, &bench->base.flat);
   printf("%s: %u triangles, %u vertices; %s, %u lanes; %s\n", path, bench->triangles.triangle_count, vertices,
          device_info(bench->base.device)->name, device_traits(bench->base.device)->lanes, gl_peer_name(bench->peer));
+  TRY(frame_prepare(bench));
   sameness_check(bench);
   printf("  medians of %-2d       ours ms theirs ms   ratio processor  B/pixel  B/triangle\n", ROUNDS);
   for (Stage stage = 0; stage < STAGES; stage++) stage_run(bench, stage, verbose, total);
@@ -342,6 +377,8 @@ done:
   raster_depth_free(&bench->cube);
   for (int i = 0; i < MAPS; i++) raster_depth_free(&bench->maps[i]);
   raster_scene_free(&bench->triangles);
+  frame_free(&bench->frame);
+  device_scene_free(&bench->lit_scene);
   bench_scene_close(&bench->base);
   return status;
 }
