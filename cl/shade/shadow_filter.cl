@@ -42,9 +42,9 @@ static inline Vec3L receiver_normals(global const TriangleCorners *corners, glob
     IntL group = mask & (id == UINTL(triangle));
     bits &= ~lane_bits(group);
     global const uint *vertex = corners[triangle].vertex;
-    float3 a = vload3(vertex[0], positions);
-    float3 n = cross(vload3(vertex[1], positions) - a, vload3(vertex[2], positions) - a);
-    normal = select3(group, vec3l(FLOATL(n.x), FLOATL(n.y), FLOATL(n.z)), normal);
+    float3 a = vload3(vertex[0], positions), b = vload3(vertex[1], positions) - a, c = vload3(vertex[2], positions) - a;
+    FloatL x = FLOATL(b.y * c.z - b.z * c.y), y = FLOATL(b.z * c.x - b.x * c.z), z = FLOATL(b.x * c.y - b.y * c.x);
+    normal = select3(group, vec3l(x, y, z), normal);
   }
   return normal;
 }
