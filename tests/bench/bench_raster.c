@@ -6,9 +6,9 @@
 // the whole scene; the six faces of a cube of 256, depth alone, by one view table here and face after face there; what
 // the file's camera sees at 1080p, here the hit stream that shading reads (depth, id and two weights: 16 bytes a
 // pixel), there id and depth (8 bytes); the same shaded by one light with 3 x 3 compares of its depth map of 2048, here
-// all that a render does from the wave of camera rays to the sums of the picture, glTF's BRDF and textures among it,
-// there diffuse white in 8 bits; the whole frame: that depth map and the shaded camera. Before any timing both must show
-// the same maps and triangles, or it stops. -v: times by kernel.
+// all that a render does from the wave of camera rays to the sums of the picture, with glTF's BRDF and textures, there
+// diffuse white in 8 bits; the whole frame: that depth map and the shaded camera. Before any timing both must show the
+// same maps and triangles, or it stops. -v: times by kernel.
 
 #include <math.h>
 #include <stdio.h>
