@@ -6,7 +6,7 @@
 //
 //   For each texel: how close to the light any triangle comes in it; how close one is everywhere in it that covers all
 //   of it; and the numbers of the triangles between, SHADOW_NUMBERS of them at most.
-//   Cost  about 10 ns a triangle and bin, 10 ns a triangle and block of 4 x 4 texels; 28 bytes a texel.
+//   Cost  9 to 17 ns a texel on a core; 44 bytes a texel.
 //   With `begin` the map starts empty, without it what is there is added to: a scene of several passes.
 //
 //   From  Akenine-Moller, Aila, "Conservative and Tiled Rasterization Using a Modified Triangle Setup", 2005; Lloyd,

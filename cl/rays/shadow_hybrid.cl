@@ -17,7 +17,7 @@
 //         triangles, each of which is tested against all of them at once.
 //   Con   texels with more than SHADOW_NUMBERS triangles leave rays unsure: maps too small for the mesh, or none of the
 //         mesh's pieces closed.
-//   Cost  about 5 ns a ray, and 2 ns a ray and triangle that a packet asks for.
+//   Cost  12 ns a ray on a core, in a room of closed surfaces.
 //
 //   From  Hertel, Hormann, Westermann, "A Hybrid GPU Rendering Pipeline for Alias-Free Hard Shadows", Eurographics 2009
 //         (rays where the map is unsure); Lauterbach, Mo, Manocha, "Fast Hard and Soft Shadow Generation on Complex

@@ -22,7 +22,7 @@
 //   Fails at edges of shadows, by up to a texel's footprint (SHADOW_BY_TEXEL: half of it on average to either side);
 //   on finely curved surfaces, whose neighbouring triangles leave the receiver's plane within the kernel; where casters
 //   are thinner than a texel.
-//   Cost  about 3 ns a ray and 1.5 ns a texel on a core.
+//   Cost  7 ns a ray by the nearest texel, 29 ns by PCF of 3 x 3, on a core.
 //
 //   From  Williams, "Casting Curved Shadows on Curved Surfaces", SIGGRAPH 1978; Reeves, Salesin, Cook, "Rendering
 //         Antialiased Shadows with Depth Maps", SIGGRAPH 1987; Fernando, "Percentage-Closer Soft Shadows", 2005.

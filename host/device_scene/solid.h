@@ -26,7 +26,7 @@ typedef struct Solids {
 #define SOLID_NONE 0xffffffffu
 
 // Finds the pieces. Vertices at the same place are one; an edge is closed where as many triangles pass it one way as
-// the other. About 200 ns a stored triangle, meshes side by side. The scene must outlive it. Errors: STATUS_NO_MEMORY.
+// the other. Once for each stored mesh, meshes side by side. The scene must outlive it. Errors: STATUS_NO_MEMORY.
 Status solids_make(Solids *out, const Scene *scene, Log *log);
 void solids_free(Solids *solids);
 

@@ -41,7 +41,7 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const 
   device_scene_options(scene, options, sizeof options);
   if (plan->lobes) strcat(options, "-D HAS_LOBES ");
   if (plan->shadows == SHADOWS_AREA) strcat(options, "-D HAS_AREA_LIGHTS ");
-  if (plan_uses_shadow_maps(plan)) strcat(options, "-D HAS_SHADOW_MAPS ");
+  if (plan_uses_shadow_maps(plan) && plan->shadows != SHADOWS_HYBRID) strcat(options, "-D HAS_SHADOW_MAPS ");
   if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) strcat(options, "-D HAS_OCCLUSION_RAYS ");
   TRY(environment_prepare(&shader, device, scene, plan, log));
   TRY(program_build(&shader.program, device, "shade/shade.cl", options, log));

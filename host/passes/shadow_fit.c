@@ -8,7 +8,7 @@ static const double spot_widest = 1.7320508;                // tangent of half o
 static const double near_share = 1e-3, least_share = 1e-8;  // of the greatest depth
 static const double depth_rounding = 8 / 16777216.0;        // of depths in [0, 1]
 // Of a texel: what a bent surface is given, and more for a wider kernel. Found by trial on fluted columns, hills and a
-// room: without it three times as many pixels are wrong, with twice as much half of the contacts open.
+// room: by nearest texels 17, 5, 6 and 7 % of the columns' pixels are wrong at 0, 1/2, 1 and 3/2 texels.
 static const float slope_px = 0.25f;
 static const uint32_t texels_most = 1u << 24, sure_texels_most = 1u << 22;  // of a light
 enum { CASCADES_MOST = 3, GRID = 6 };
@@ -136,7 +136,7 @@ static uint32_t size_choose(const ShadowFit *fit, const ShadowOptions *options, 
   return size;
 }
 
-static bool local_light_fit(ShadowFit *fit, const LightInfo *light, const ShadowOptions *options,
+static void local_light_fit(ShadowFit *fit, const LightInfo *light, const ShadowOptions *options,
                             const ShadowScope *scope)
 {
   static const Vec3 faces[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
@@ -168,7 +168,6 @@ static bool local_light_fit(ShadowFit *fit, const LightInfo *light, const Shadow
                                      farthest * 1.001, info->size_px);
   info->radius = options->light_radius_m;
   info->depth_slack = (float)depth_rounding;
-  return true;
 }
 
 // Bounds along three axes.
@@ -240,7 +239,7 @@ static void visible_depths(double *near_m, double *far_m, const ShadowScope *sco
   *near_m = fmin(fmax(*near_m, fmax(camera->near_m, 1e-3 * *far_m)), *far_m);
 }
 
-static bool directional_light_fit(ShadowFit *fit, const LightInfo *light, const ShadowOptions *options,
+static void directional_light_fit(ShadowFit *fit, const LightInfo *light, const ShadowOptions *options,
                                   const ShadowScope *scope)
 {
   ShadowInfo *info = &fit->info;
@@ -271,7 +270,6 @@ static bool directional_light_fit(ShadowFit *fit, const LightInfo *light, const 
   double depth_m = vec3_length(wide(fit->views[0].axis));
   info->radius = (float)(tan(options->light_angle_rad) * depth_m);
   info->depth_slack = (float)depth_rounding;
-  return true;
 }
 
 bool shadow_fit(ShadowFit *out, const LightInfo *light, ShadowMethod method, const ShadowOptions *options,
@@ -288,6 +286,9 @@ bool shadow_fit(ShadowFit *out, const LightInfo *light, ShadowMethod method, con
   if (method == SHADOWS_PCF) info->kernel_px = options->kernel_px;
   info->slope_px = slope_px * (float)(1 + (method == SHADOWS_PCSS ? 3 : info->kernel_px)) + 2.0f / RASTER_SNAP;
   info->gutter_px = method == SHADOWS_PCSS ? SHADOW_DISC_PX + 1 : info->kernel_px / 2 + 2;
-  return light->kind == LIGHT_KIND_DIRECTIONAL ? directional_light_fit(out, light, options, scope)
-                                               : local_light_fit(out, light, options, scope);
+  if (light->kind == LIGHT_KIND_DIRECTIONAL)
+    directional_light_fit(out, light, options, scope);
+  else
+    local_light_fit(out, light, options, scope);
+  return true;
 }

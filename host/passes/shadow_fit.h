@@ -32,6 +32,6 @@ typedef struct ShadowFit {
 // (magnification 1; a cascade takes its slice for what it sees). The texels of all views together stay under 2^24, or
 // 2^22 for hybrid shadows, which keep more of each.
 //
-// False where the light can reach nothing: in no cone, or without light.
+// False for a light without power, or whose position is not finite.
 bool shadow_fit(ShadowFit *out, const LightInfo *light, ShadowMethod method, const ShadowOptions *options,
                 const ShadowScope *scope);
