@@ -134,20 +134,31 @@ static inline FloatL min_lane(FloatL a, FloatL b) { return a < b ? a : b; }
 static inline FloatL max_lane(FloatL a, FloatL b) { return a > b ? a : b; }
 #endif
 
+static inline float greatest_float16(float16 v)
+{
+  float8 eight = v.lo > v.hi ? v.lo : v.hi;
+  float4 four = eight.lo > eight.hi ? eight.lo : eight.hi;
+  float2 two = four.lo > four.hi ? four.lo : four.hi;
+  return two.x > two.y ? two.x : two.y;
+}
+
+static inline float sum_float16(float16 v)
+{
+  float8 eight = v.lo + v.hi;
+  float4 four = eight.lo + eight.hi;
+  float2 two = four.lo + four.hi;
+  return two.x + two.y;
+}
+
 // The greatest lane.
 static inline float greatest_lane(FloatL v)
 {
 #if LANES == 1
   return v;
+#elif LANES == 16
+  return greatest_float16(v);
 #else
-#if LANES == 16
-  float8 eight = v.lo > v.hi ? v.lo : v.hi;
-#else
-  float8 eight = v;
-#endif
-  float4 four = eight.lo > eight.hi ? eight.lo : eight.hi;
-  float2 two = four.lo > four.hi ? four.lo : four.hi;
-  return two.x > two.y ? two.x : two.y;
+  return greatest_float16((float16)(v, v));
 #endif
 }
 

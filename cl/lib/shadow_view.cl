@@ -8,15 +8,15 @@ typedef struct MapPoint {
   FloatL x, y, w, depth;
 } MapPoint;
 
-static inline Vec3L shadow_relative(constant ShadowView *view, Vec3L point)
+static inline Vec3L shadow_relative(global const ShadowView *view, Vec3L point)
 {
   Float3 origin = view->raster.origin;
   return sub3(point, vec3l(FLOATL(origin.x), FLOATL(origin.y), FLOATL(origin.z)));
 }
 
-static inline MapPoint shadow_project(constant ShadowView *view, Vec3L relative)
+static inline MapPoint shadow_project(global const ShadowView *view, Vec3L relative)
 {
-  constant RasterView *raster = &view->raster;
+  global const RasterView *raster = &view->raster;
   MapPoint p;
   FloatL one = FLOATL(1);
   p.w = raster->parallel ? one : row_dot(raster->w, relative);
@@ -28,7 +28,7 @@ static inline MapPoint shadow_project(constant ShadowView *view, Vec3L relative)
   return p;
 }
 
-static inline IntL shadow_in_view(const MapPoint *p, const constant ShadowInfo *info, bool parallel)
+static inline IntL shadow_in_view(const MapPoint *p, global const ShadowInfo *info, bool parallel)
 {
   FloatL low = FLOATL((float)info->gutter_px), high = FLOATL((float)(info->size_px - info->gutter_px));
   IntL before = parallel ? INTL(-1) : p->w > FLOATL(0);
@@ -38,7 +38,7 @@ static inline IntL shadow_in_view(const MapPoint *p, const constant ShadowInfo *
 #define SHADOW_VIEW_NONE 0xffu
 
 // The map of each lane's point (world space); SHADOW_VIEW_NONE where none holds it.
-static inline UintL shadow_view_choose(constant ShadowInfo *info, constant ShadowView *views, Vec3L point)
+static inline UintL shadow_view_choose(global const ShadowInfo *info, global const ShadowView *views, Vec3L point)
 {
   UintL none = UINTL(SHADOW_VIEW_NONE);
   if (info->views == SHADOW_VIEWS_CUBE) {

@@ -1,7 +1,8 @@
 // Raster of depth maps on a GPU, triangle by triangle: the least depth of each texel stays.
 //
 //   in    blocks, views   the scene's triangles, [view_count] square maps of the same size
-//   out   maps            [view][size * size] (shared/depth_map.h) as the bits of floats, 1 before the first launch
+//   out   maps            [view][size * size] (shared/depth_map.h), from first_texel on, as the bits of floats, 1
+//                         before the first launch
 //
 //   depth_small   a work-item a triangle and view: draws it if its box is small, else lists it
 //   depth_split   a work-item a tile of a large box: lists it if the triangle has a part there
@@ -163,11 +164,12 @@ static inline void tile_pass(const MapTriangle *t, const WindowTriangle *in, con
 
 kernel void depth_small(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
                         uint triangle_count, constant RasterView *views, uint view_count, global uint *maps,
-                        BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+                        uint first_texel, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
 {
   local uint queued;
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  maps += first_texel;
   uint item = get_global_id(0), number = first_triangle + item % triangle_count, view = item / triangle_count;
   if (view >= view_count) return;  // whole work-groups, here and below: a chunk is of whole ones
   Scope scope = {&views[view], blocks, &attributes};
@@ -184,12 +186,13 @@ kernel void depth_small(global const RasterBlock *blocks, global const RasterBou
   if (!t.culled) tile_pass(&t, &in, &scope, box, small ? UINT_MAX : place, room, tiles, maps);
 }
 
-kernel void depth_split(global const RasterBlock *blocks, constant RasterView *views, global uint *maps, BOX_PARAMETERS,
-                        ATTRIBUTE_PARAMETERS)
+kernel void depth_split(global const RasterBlock *blocks, constant RasterView *views, global uint *maps,
+                        uint first_texel, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
 {
   local uint queued;
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  maps += first_texel;
   ulong all = BOX_TILES(box_counts[RASTER_BOX_COUNT]);
   uint box_count = (uint)(box_counts[RASTER_BOX_COUNT] >> BOX_SHIFT);
   for (ulong begin = get_group_id(0) * GROUP_SIZE; begin < all; begin += get_global_size(0)) {
@@ -227,11 +230,12 @@ static inline void tile_draw(global const uint4 *from, constant RasterView *view
   }
 }
 
-kernel void depth_tiles(global const RasterBlock *blocks, constant RasterView *views, global uint *maps, BOX_PARAMETERS,
-                        ATTRIBUTE_PARAMETERS)
+kernel void depth_tiles(global const RasterBlock *blocks, constant RasterView *views, global uint *maps,
+                        uint first_texel, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
 {
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  maps += first_texel;
   uint count = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), team = get_local_id(0) / RASTER_TEAM;
   for (uint i = tiles_take(&first, box_counts); i < count; i = tiles_take(&first, box_counts))
     if (i + team < count) tile_draw(&tiles[(i + team) * RASTER_TILE_VECTORS], views, blocks, &attributes, maps);

@@ -37,7 +37,7 @@ typedef struct TexelLook {
   FloatL closeness, slack;
 } TexelLook;
 
-static inline TexelLook texels_look(constant ShadowInfo *info, constant ShadowView *views, Vec3L origin, IntL active)
+static inline TexelLook texels_look(global const ShadowInfo *info, global const ShadowView *views, Vec3L origin, IntL active)
 {
   TexelLook look;
   UintL chosen = shadow_view_choose(info, views, origin);
@@ -49,7 +49,7 @@ static inline TexelLook texels_look(constant ShadowInfo *info, constant ShadowVi
     uint number = LANE_UINT(chosen, lowest_bit(bits));
     IntL group = look.mapped & (chosen == UINTL(number));
     bits &= ~lane_bits(group);
-    constant ShadowView *view = &views[number];
+    global const ShadowView *view = &views[number];
     MapPoint at = shadow_project(view, shadow_relative(view, origin));
     FloatL last = FLOATL((float)(size - 1)), zero = FLOATL(0), one = FLOATL(1);
     UintL x = LANE_AS_UINT(LANE_CONVERT_INT(min_lane(max_lane(at.x, zero), last)));
@@ -98,7 +98,7 @@ static inline IntL named_walk(Packet *p, IntL group, uint kz, const TexelLook *l
   return blended;
 }
 
-kernel void shadow_hybrid(constant ShadowInfo *info, constant ShadowView *views, global const ShadowBlock *texels,
+kernel void shadow_hybrid(global const ShadowInfo *info, global const ShadowView *views, global const ShadowBlock *texels,
                           global const BvhTriangle *triangles, global const float *rays, uint capacity, uint ray_count,
                           uint segment, global const uint *slots, global float4 *radiance, global float *unsure_rays,
                           global uint *unsure_slots, global uint *unsure_count, global const TriangleCorners *corners,

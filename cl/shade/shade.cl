@@ -4,7 +4,8 @@
 //         scene arrays                 host/device_scene
 //   out   radiance[slot]               emission, ambient, environment; light that needs no shadow ray
 //         shadow_rays, shadow_slots    one stream a light of the batch, weight = radiance if unblocked; after them the
-//                                      environment's own (shared/shade.h)
+//                                      environment's own (shared/shade.h); with HAS_SHADOW_MAPS not for lights that
+//                                      have maps (lib/shadow_lookup.cl)
 //         reflected_rays, _slots       weight = throughput
 //         transmitted_rays, _slots     what BLEND surfaces let through, on along the ray; with HAS_BLEND
 //         counts                       STREAM_COUNTS of both
@@ -17,7 +18,11 @@
 //   Streams are packed by one atomic per LANES rays; their order varies from run to run, the picture does not.
 
 #include "lib/area_light.cl"
+#include "shared/shadow.h"
 #include "lib/surface_samples.cl"
+#ifdef HAS_SHADOW_MAPS
+#include "lib/shadow_lookup.cl"
+#endif
 
 typedef struct Lighting {
   Vec3L to_light;  // from the offset origin to the light; t = 1 is the light
@@ -59,6 +64,25 @@ static inline Lighting light_arriving(global const LightInfo *light, Vec3L origi
 
 static inline void radiance_add(global float4 *radiance, UintL slot, IntL mask, Vec3L value, FloatL coverage)
 {
+#if LANES == 16
+  // The slots of camera rays follow each other: whole vectors of four pixels.
+  uint first = slot.s0;
+  if (!any_lane(slot != (UINTL(first) + LANE_AS_UINT(LANE_INDEX)))) {
+    FloatL zero = FLOATL(0), x = mask ? value.x : zero, y = mask ? value.y : zero, z = mask ? value.z : zero;
+    FloatL w = mask ? coverage : zero, xz[2], yw[2];
+    xz[0].even = x.lo, xz[0].odd = z.lo, xz[1].even = x.hi, xz[1].odd = z.hi;
+    yw[0].even = y.lo, yw[0].odd = w.lo, yw[1].even = y.hi, yw[1].odd = w.hi;
+    global float *to = (global float *)(radiance + first);
+#pragma unroll
+    for (uint i = 0; i < 4; i++) {
+      FloatL four;
+      four.even = i % 2 ? xz[i / 2].hi : xz[i / 2].lo;
+      four.odd = i % 2 ? yw[i / 2].hi : yw[i / 2].lo;
+      vstore16(vload16(i, to) + four, i, to);
+    }
+    return;
+  }
+#endif
   for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
     uint lane = lowest_bit(bits);
     radiance[LANE_UINT(slot, lane)] += (float4)(LANE_FLOAT(value.x, lane), LANE_FLOAT(value.y, lane),
@@ -147,12 +171,6 @@ static inline void shade_misses(IntL missed, Vec3L direction, Vec3L weight, Floa
 #define STREAMS_HAVE_DENSITY false
 #endif
 
-#ifdef HAS_SHADOW_MAPS
-#define SHADOWS_HAVE_RECEIVER true
-#else
-#define SHADOWS_HAVE_RECEIVER false
-#endif
-
 // Light of the environment at a hit: added at once, or sent along rays with the lobe's reflection of the scene.
 static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, FloatL nv, constant ShadeInfo *shade,
                                            constant EnvironmentInfo *environment, global const Float4 *pixels,
@@ -190,9 +208,10 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                   constant float *linear_from_byte, global const LightInfo *lights,
                   constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
                   global const float *environment_table, global const Float4 *environment_levels,
-                  global float4 *radiance, global float *shadow_rays, global uint *shadow_slots,
-                  global float *reflected_rays, global uint *reflected_slots, global float *transmitted_rays,
-                  global uint *transmitted_slots, global uint *counts)
+                  global const ShadowInfo *shadow_infos, global const ShadowView *shadow_views,
+                  global const float *shadow_maps, global float4 *radiance, global float *shadow_rays,
+                  global uint *shadow_slots, global float *reflected_rays, global uint *reflected_slots,
+                  global float *transmitted_rays, global uint *transmitted_slots, global uint *counts)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   GeometrySources geometry = {positions, normals, tangents};
@@ -234,26 +253,39 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
 #endif
 
     IntL lit = hit & !s.unlit;
-    if (shade->first_batch) radiance_add(radiance, slot, hit, mul3(surface_own_radiance(&s, shade), weight), coverage);
+    Vec3L sent = vec3l(zero, zero, zero);
+    if (shade->first_batch)
+      sent = mul3(surface_own_radiance(&s, shade), weight);
+    else
+      coverage = zero;
     for (uint i = 0; i < shade->light_count; i++) {
-      Lighting light = light_arriving(&lights[shade->first_light + i], origin);
+      uint number = shade->first_light + i;
+      Lighting light = light_arriving(&lights[number], origin);
       Vec3L f = shade->model == LIGHTING_MODEL_PHONG ? brdf_phong(&s.reflectance, s.normal, to_eye, light.unit)
                                                      : brdf_pbr(&s.reflectance, s.normal, to_eye, light.unit);
       Vec3L arrives = mul3(mul3(f, light.irradiance), weight);
       IntL reached = lit & (dot3(s.geometric, light.unit) > zero) & (max_component3(arrives) > zero);
 #ifdef HAS_AREA_LIGHTS
-      IntL within = reached & light_point_choose(&light, lights[shade->first_light + i].kind, shade,
-                                                 shade->first_light + i, slot);
-      radiance_add(radiance, slot, within, arrives, zero);
+      IntL within = reached & light_point_choose(&light, lights[number].kind, shade, number, slot);
+      sent = select3(within, add3(sent, arrives), sent);
       reached = reached & !within & (dot3(s.geometric, light.unit) > zero);
 #endif
-      if (shade->cast_shadows)
-        stream_append_path(reached, origin, light.to_light, light.t_max, arrives, slot, SHADOWS_HAVE_RECEIVER,
-                           LANE_AS_FLOAT(id), shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity,
-                           shadow_slots + i * capacity, &counts[i]);
-      else
-        radiance_add(radiance, slot, reached, arrives, zero);
+      if (!shade->cast_shadows) {
+        sent = select3(reached, add3(sent, arrives), sent);
+        continue;
+      }
+#ifdef HAS_SHADOW_MAPS
+      global const ShadowInfo *info = &shadow_infos[number];
+      if (info->view_count) {
+        FloatL fraction = shadow_lit(info, shadow_views, shadow_maps, origin, s.geometric, id, reached);
+        sent = select3(reached, add3(sent, scale3(arrives, fraction)), sent);
+        continue;
+      }
+#endif
+      stream_append(reached, origin, light.to_light, light.t_max, arrives, slot,
+                    shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity, shadow_slots + i * capacity, &counts[i]);
     }
+    radiance_add(radiance, slot, hit, sent, coverage);
     if (!shade->first_batch) continue;
 
     if (shade->reflect) {

@@ -48,8 +48,9 @@ typedef struct ShadeInfo {
   uint first_tile, tile_count, first_sample;  // of the wave
   uint tiles_per_row, crop_x, crop_y;         // of the picture, as in CameraInfo
   float light_radius_m, light_sine;  // with HAS_AREA_LIGHTS: of spheres; of what directional ones subtend, halved
+  uint padding[3];                   // to a power of two: buffer_write then does not wait
 } ShadeInfo;
-SHARED_SIZE(ShadeInfo, 116);
+SHARED_SIZE(ShadeInfo, 128);
 
 // Counters of the streams that a launch appends to: shadow rays by light of the batch, reflected rays, what BLEND lets
 // through, and the environment's rays by segment.

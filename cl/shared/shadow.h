@@ -39,8 +39,10 @@ typedef struct ShadowInfo {
   float radius;       // PCSS: of the light in metres; directional: tangent of its angular radius x depth 1 in metres
   float depth_slack;  // what rounding may do to a depth
   float slope_px;     // texels by whose growth of the receiver's plane a caster must stand before it
+  uint first_view;    // among the views and the texels of all lights' maps
+  uint first_texel;
 } ShadowInfo;
-SHARED_SIZE(ShadowInfo, 36);
+SHARED_SIZE(ShadowInfo, 44);
 
 // PCSS: texels of its two discs, and their greatest radius.
 #define SHADOW_DISC_TAPS 32

@@ -22,8 +22,6 @@ enum RayField {
   // In streams of reflected rays, where rough surfaces reflect: the density, 1 / sr, with which the surface chose the
   // direction among those that it samples; INFINITY where it had no choice (mirrors).
   RAY_DENSITY,
-  // In streams of shadow rays, where maps are asked: the bits of the id of the triangle that the ray starts on.
-  RAY_RECEIVER = RAY_DENSITY,
   RAY_FIELD_COUNT
 };
 

@@ -47,10 +47,16 @@ void buffer_free(DeviceBuffer *buffer)
   *buffer = (DeviceBuffer){0};
 }
 
+// A pattern to fill with is copied when it is queued: what fits into the largest one need not wait for the queue.
+static bool is_pattern(size_t bytes) { return bytes <= 128 && (bytes & (bytes - 1)) == 0; }
+
 Status buffer_write(Device *device, DeviceBuffer *buffer, const void *from, size_t bytes, Log *log)
 {
   if (bytes == 0) return STATUS_OK;
-  cl_int error = clEnqueueWriteBuffer(device->queue, buffer->memory, CL_TRUE, 0, bytes, from, 0, NULL, NULL);
+  cl_int error =
+      is_pattern(bytes)
+          ? clEnqueueFillBuffer(device->queue, buffer->memory, from, bytes, 0, bytes, 0, NULL, NULL)
+          : clEnqueueWriteBuffer(device->queue, buffer->memory, CL_TRUE, 0, bytes, from, 0, NULL, NULL);
   return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "a transfer to it", error);
 }
 
@@ -58,9 +64,15 @@ Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log) { return buff
 
 Status buffer_fill_words(Device *device, DeviceBuffer *buffer, uint32_t word, Log *log)
 {
-  if (buffer->bytes == 0) return STATUS_OK;
-  cl_int error = clEnqueueFillBuffer(device->queue, buffer->memory, &word, sizeof word, 0, buffer->bytes & ~(size_t)3,
-                                     0, NULL, NULL);
+  return buffer_fill_part(device, buffer, 0, buffer->bytes / sizeof word, word, log);
+}
+
+Status buffer_fill_part(Device *device, const DeviceBuffer *buffer, size_t first, size_t count, uint32_t word, Log *log)
+{
+  if (count == 0) return STATUS_OK;
+  size_t pattern = word == (word & 0xff) * 0x01010101u ? 1 : sizeof word;  // bytes are set the quickest
+  cl_int error = clEnqueueFillBuffer(device->queue, buffer->memory, &word, pattern, first * sizeof word,
+                                     count * sizeof word, 0, NULL, NULL);
   return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "filling a buffer", error);
 }
 

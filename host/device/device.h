@@ -56,11 +56,15 @@ typedef struct DeviceBuffer {
 // `what` names it in messages. Errors: STATUS_NO_MEMORY, STATUS_TOO_LARGE (over the device's largest buffer).
 Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void *initial, const char *what, Log *log);
 void buffer_free(DeviceBuffer *buffer);
+
+// Copies to the start of the buffer; waits for the queue unless `bytes` is a power of two up to 128.
 Status buffer_write(Device *device, DeviceBuffer *buffer, const void *from, size_t bytes, Log *log);
 Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log);
 
 // Sets every 32-bit word of the buffer. Errors: STATUS_DEVICE.
 Status buffer_fill_words(Device *device, DeviceBuffer *buffer, uint32_t word, Log *log);
+// Words [first, first + count) alone.
+Status buffer_fill_part(Device *device, const DeviceBuffer *buffer, size_t first, size_t count, uint32_t word, Log *log);
 
 // Waits for all launches before it, then copies `bytes` from the start of the buffer.
 Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log);

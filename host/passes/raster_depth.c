@@ -52,8 +52,6 @@ Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *sc
   raster.pass_chunks = raster_pass_chunks(options, raster.way, triangles->chunk_count * view_capacity);
   if (raster.pass_chunks < view_capacity) raster.pass_chunks = view_capacity;
   TRY(buffer_create(&raster.views, device, view_capacity * sizeof(RasterView), NULL, "depth views", log));
-  TRY(buffer_create(&raster.maps, device, (size_t)size_px * size_px * view_capacity * sizeof(float), NULL, "depth maps",
-                    log));
   TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, scene, options, log));
   *out = raster;
   raster = (RasterDepth){0};
@@ -74,12 +72,18 @@ void raster_depth_free(RasterDepth *raster)
   *raster = (RasterDepth){0};
 }
 
+// Where maps go.
+typedef struct DepthTarget {
+  const DeviceBuffer *maps;
+  uint32_t first_texel, view_count;
+} DepthTarget;
+
 static Status bins_draw(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                        uint32_t view_count, Log *log)
+                        const DepthTarget *to, Log *log)
 {
   Status status = STATUS_OK;
-  uint32_t columns = divide_up(raster->size_px, RASTER_BIN_PX), pass_chunks = raster->pass_chunks / view_count,
-           begin = 1;
+  uint32_t columns = divide_up(raster->size_px, RASTER_BIN_PX), view_count = to->view_count;
+  uint32_t pass_chunks = raster->pass_chunks / view_count, begin = 1;
   for (uint32_t first = 0; first < triangles->chunk_count || begin; first += pass_chunks, begin = 0) {
     uint32_t chunks = smaller(pass_chunks, triangles->chunk_count - first);
     uint64_t items = (uint64_t)chunks * view_count;
@@ -91,7 +95,7 @@ static Status bins_draw(RasterDepth *raster, Device *device, const DeviceScene *
         device, &raster->bins, (size_t)columns * columns * view_count,
         (uint64_t)raster->size_px * raster->size_px * view_count, "raster depth maps",
         ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG(view_count), ARG(columns), ARG(chunks),
-             BIN_ARGS(&raster->binned), ARG(begin), ARG_BUFFER(raster->maps), ATTRIBUTE_ARGS(scene)),
+             BIN_ARGS(&raster->binned), ARG(begin), ARG_BUFFER(*to->maps), ARG(to->first_texel), ATTRIBUTE_ARGS(scene)),
         log));
   }
 
@@ -100,11 +104,12 @@ done:
 }
 
 static Status direct_draw(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                          uint32_t view_count, Log *log)
+                          const DepthTarget *to, Log *log)
 {
   Status status = STATUS_OK;
-  uint32_t pass_chunks = raster->pass_chunks / view_count;
-  TRY(buffer_fill_words(device, &raster->maps, far_depth, log));
+  uint32_t view_count = to->view_count, pass_chunks = raster->pass_chunks / view_count;
+  size_t texels = (size_t)raster->size_px * raster->size_px * view_count;
+  TRY(buffer_fill_part(device, to->maps, to->first_texel, texels, far_depth, log));
   for (uint32_t first = 0; first < triangles->chunk_count; first += pass_chunks) {
     uint32_t first_triangle = first * RASTER_CHUNK;
     uint32_t count = smaller(pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
@@ -112,18 +117,31 @@ static Status direct_draw(RasterDepth *raster, Device *device, const DeviceScene
     TRY(buffer_zero(device, &raster->boxes.counts, log));
     TRY(device_launch(device, &raster->small, items, items, "set up triangles of depth maps, raster small ones",
                       ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first_triangle),
-                           ARG(count), ARG_BUFFER(raster->views), ARG(view_count), ARG_BUFFER(raster->maps),
-                           BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
+                           ARG(count), ARG_BUFFER(raster->views), ARG(view_count), ARG_BUFFER(*to->maps),
+                           ARG(to->first_texel), BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
                       log));
     const Kernel *large[] = {&raster->split, &raster->draw};
     const char *const sentences[] = {"find the tiles of large triangles in depth maps",
                                      "raster depth maps, large triangles"};
     for (int i = 0; i < 2; i++)
       TRY(device_launch(device, large[i], raster_box_items(device), 0, sentences[i],
-                        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG_BUFFER(raster->maps),
-                             BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
+                        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG_BUFFER(*to->maps),
+                             ARG(to->first_texel), BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
                         log));
   }
+
+done:
+  return status;
+}
+
+Status raster_depth_into(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                         const RasterView *views, uint32_t view_count, const DeviceBuffer *maps, uint32_t first_texel,
+                         Log *log)
+{
+  Status status = STATUS_OK;
+  const DepthTarget to = {maps, first_texel, view_count};
+  TRY(buffer_write(device, &raster->views, views, view_count * sizeof *views, log));
+  TRY((raster->way == RASTER_WAY_BINS ? bins_draw : direct_draw)(raster, device, scene, triangles, &to, log));
 
 done:
   return status;
@@ -133,8 +151,9 @@ Status raster_depth(RasterDepth *raster, Device *device, const DeviceScene *scen
                     const RasterView *views, uint32_t view_count, Log *log)
 {
   Status status = STATUS_OK;
-  TRY(buffer_write(device, &raster->views, views, view_count * sizeof *views, log));
-  TRY((raster->way == RASTER_WAY_BINS ? bins_draw : direct_draw)(raster, device, scene, triangles, view_count, log));
+  size_t bytes = (size_t)raster->size_px * raster->size_px * raster->view_capacity * sizeof(float);
+  if (!raster->maps.memory) TRY(buffer_create(&raster->maps, device, bytes, NULL, "depth maps", log));
+  TRY(raster_depth_into(raster, device, scene, triangles, views, view_count, &raster->maps, 0, log));
 
 done:
   return status;

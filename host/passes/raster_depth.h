@@ -13,7 +13,7 @@ typedef struct RasterDepth {
   DeviceBuffer views;         // RasterView [view_capacity]
   RasterBins binned;          // of one pass
   RasterBoxes boxes;          // of one pass
-  DeviceBuffer maps;          // float [view_capacity][size * size] (shared/depth_map.h)
+  DeviceBuffer maps;          // of raster_depth: float [view_capacity][size * size] (shared/depth_map.h)
   uint32_t size_px, view_capacity;
   uint32_t pass_chunks;  // chunks times views that the buffers hold
 } RasterDepth;
@@ -24,6 +24,10 @@ Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *sc
                          uint32_t size_px, uint32_t view_capacity, const RasterOptions *options, Log *log);
 void raster_depth_free(RasterDepth *raster);
 
-// Draws the scene into maps [0, view_count). Returns when the launches are queued.
+// Draws the scene into maps [0, view_count) of raster->maps, which the first call makes, or into those from
+// `first_texel` on (a multiple of 16) of a buffer of the caller's. Returns when the launches are queued.
+Status raster_depth_into(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                         const RasterView *views, uint32_t view_count, const DeviceBuffer *maps, uint32_t first_texel,
+                         Log *log);
 Status raster_depth(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                     const RasterView *views, uint32_t view_count, Log *log);

@@ -42,11 +42,13 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const 
   if (plan->lobes) strcat(options, "-D HAS_LOBES ");
   if (plan->shadows == SHADOWS_AREA) strcat(options, "-D HAS_AREA_LIGHTS ");
   if (plan_uses_shadow_maps(plan) && plan->shadows != SHADOWS_HYBRID) strcat(options, "-D HAS_SHADOW_MAPS ");
+  if (plan->shadows == SHADOWS_PCSS) strcat(options, "-D HAS_DISC ");
   if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) strcat(options, "-D HAS_OCCLUSION_RAYS ");
   TRY(environment_prepare(&shader, device, scene, plan, log));
   TRY(program_build(&shader.program, device, "shade/shade.cl", options, log));
   TRY(program_kernel(&shader.kernel, shader.program, "shade", log));
   TRY(buffer_create(&shader.info, device, sizeof(ShadeInfo), NULL, "shading settings", log));
+  TRY(buffer_create(&shader.no_maps, device, 0, NULL, "shadow maps", log));
   TRY(buffer_create(&shader.counts, device, STREAM_COUNTS * sizeof(uint32_t), NULL, "stream counters", log));
   *out = shader;
   shader = (Shader){0};
@@ -61,6 +63,7 @@ void shader_free(Shader *shader)
   kernel_free(&shader->kernel);
   buffer_free(&shader->info);
   buffer_free(&shader->counts);
+  buffer_free(&shader->no_maps);
   buffer_free(&shader->environment_table);
   buffer_free(&shader->environment_levels);
   *shader = (Shader){0};
@@ -70,8 +73,14 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
              uint32_t count, const ShadeInfo *info, uint32_t counts[STREAM_COUNTS], const char *sentence, Log *log)
 {
   Status status = STATUS_OK;
-  bool spawns = (info->cast_shadows && info->light_count) || info->reflect ||
-                (info->first_batch && (scene->has_blends || shader->environment_segments > 0));
+  const ShadowMaps *maps = streams->maps;
+  const DeviceBuffer infos = maps ? maps->infos : shader->no_maps, views = maps ? maps->views : shader->no_maps,
+                     texels = maps ? maps->maps : shader->no_maps;
+  bool shadow_rays = false;
+  for (uint32_t i = 0; i < info->light_count && info->cast_shadows; i++)
+    shadow_rays |= !maps || !shadow_maps_have(maps, info->first_light + i);
+  bool spawns =
+      shadow_rays || info->reflect || (info->first_batch && (scene->has_blends || shader->environment_segments > 0));
   DeviceBuffer settings = shader->info, counters = shader->counts;
   memset(counts, 0, STREAM_COUNTS * sizeof *counts);
   TRY(buffer_write(device, &settings, info, sizeof *info, log));
@@ -82,10 +91,11 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
            ARG(streams->rays->capacity), ARG(count), ARG_BUFFER(streams->hits->hits), ARG_BUFFER(streams->hits->ids),
            ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents), ATTRIBUTE_ARGS(scene),
            ARG_BUFFER(scene->lights), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
-           ARG_BUFFER(shader->environment_table), ARG_BUFFER(shader->environment_levels),
-           ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
-           ARG_BUFFER(streams->reflected->rays), ARG_BUFFER(streams->reflected->slots),
-           ARG_BUFFER(streams->transmitted->rays), ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts)),
+           ARG_BUFFER(shader->environment_table), ARG_BUFFER(shader->environment_levels), ARG_BUFFER(infos),
+           ARG_BUFFER(views), ARG_BUFFER(texels), ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays),
+           ARG_BUFFER(streams->shadow->slots), ARG_BUFFER(streams->reflected->rays),
+           ARG_BUFFER(streams->reflected->slots), ARG_BUFFER(streams->transmitted->rays),
+           ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts)),
       log));
   if (spawns) TRY(buffer_read(device, &shader->counts, counts, STREAM_COUNTS * sizeof *counts, log));
   for (int i = 0; i < STREAM_COUNTS; i++)

@@ -3,6 +3,7 @@
 
 #include "device_scene/device_scene.h"
 #include "passes/ray_stream.h"
+#include "passes/shadow_maps.h"
 #include "plan/plan.h"
 #include "shared/shade.h"
 
@@ -13,6 +14,7 @@ typedef struct Shader {
   DeviceBuffer counts;              // [STREAM_COUNTS]
   DeviceBuffer environment_table;   // shared/scene.h; empty where directions are not chosen by an image
   DeviceBuffer environment_levels;  // shared/scene.h; empty where no surface reads them
+  DeviceBuffer no_maps;             // stands for shadow maps where there are none
   uint32_t environment_segments;    // of shadow rays that the environment needs; if environment_open, the last is of
   bool environment_open;            // rays to which back faces are open
 } Shader;
@@ -24,6 +26,7 @@ typedef struct ShadeStreams {
   const RayStream *shadow;  // LIGHTS_PER_LAUNCH segments at most, then those of the environment
   const RayStream *reflected, *transmitted;
   const DeviceBuffer *radiance;  // Float4 by slot
+  const ShadowMaps *maps;        // of the lights; NULL where the plan has none
 } ShadeStreams;
 
 // Builds the kernel with what the plan needs; the scene's host environment is read where it has to be sampled.

@@ -6,6 +6,10 @@
 #include "shared/raster.h"
 #include "shared/stream.h"
 
+// Work that is queued before the host waits for it, in tiles times samples: progress and interrupts come no finer, and
+// each wait leaves the device idle for a moment.
+enum { MOST_QUEUED_TILES = 4096 };
+
 // Bounces whose rays still run side by side: camera rays and their mirror images.
 enum { COHERENT_BOUNCES = 2 };
 
@@ -76,12 +80,11 @@ static Status raster_make(Frame *frame, Log *log)
   const Plan *plan = &frame->request.plan;
   bool raster = plan->primary == PRIMARY_RASTER, maps = plan_uses_shadow_maps(plan);
   if (raster || maps) TRY(raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &options, log));
+  TRY(shadow_maps_make(&frame->shadow_maps, frame->device, frame->scene, &frame->raster_scene, plan,
+                       &frame->camera.info, log));
   if (plan->shadows == SHADOWS_HYBRID)
     TRY(shadow_hybrid_make(&frame->shadow_hybrid, frame->device, frame->scene, &frame->raster_scene, plan,
                            &frame->camera.info, frame->capacity, log));
-  else if (maps)
-    TRY(shadow_maps_make(&frame->shadow_maps, frame->device, frame->scene, &frame->raster_scene, plan,
-                         &frame->camera.info, log));
   if (!raster) goto done;
   TRY(raster_visibility_make(&frame->raster, frame->device, frame->scene, &frame->raster_scene, &options, log));
   TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->camera, frame->request.samples, frame->capacity,
@@ -89,6 +92,15 @@ static Status raster_make(Frame *frame, Log *log)
 
 done:
   return status;
+}
+
+// Streams of shadow rays to the lights of a batch; none where maps answer for all of them.
+static uint32_t light_segments(const Frame *frame)
+{
+  uint32_t lights = frame->scene->light_count, traced = 0;
+  for (uint32_t i = 0; i < lights; i++) traced += !shadow_maps_have(&frame->shadow_maps, i);
+  if (!frame->request.plan.shadow_rays || traced == 0) return 0;
+  return lights < LIGHTS_PER_LAUNCH ? lights : LIGHTS_PER_LAUNCH;
 }
 
 Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const FrameRequest *request, Log *log)
@@ -99,11 +111,10 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   frame.capacity = device_traits(device)->wave_rays;
   if (all < frame.capacity) frame.capacity = (uint32_t)all;
   frame.capacity = capacity_apart(frame.capacity);
-  frame.light_segments = !request->plan.shadow_rays               ? 0
-                         : scene->light_count < LIGHTS_PER_LAUNCH ? scene->light_count
-                                                                  : LIGHTS_PER_LAUNCH;
   CameraInfo info = camera_info(request->camera, &request->area);
   TRY(camera_rays_make(&frame.camera, device, &info, request->samples, log));
+  TRY(raster_make(&frame, log));
+  frame.light_segments = light_segments(&frame);
   TRY(tracer_make(&frame.tracer, device, scene, log));
   TRY(shader_make(&frame.shader, device, scene, &request->plan, log));
   TRY(film_make(&frame.film, device, scene, &info, request->aovs & AOV_SET_SURFACE, log));
@@ -116,7 +127,6 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   TRY(hit_stream_make(&frame.hits, device, frame.capacity, log));
   TRY(buffer_create(&frame.radiance, device, (size_t)frame.capacity * sizeof(Float4), NULL, "radiance", log));
   TRY(aov_sums_make(&frame, log));
-  TRY(raster_make(&frame, log));
   *out = frame;
   frame = (Frame){0};
 
@@ -228,10 +238,8 @@ done:
 static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_t light, uint32_t segment,
                               uint32_t count, Coherence coherence, Log *log)
 {
-  if (shadow_maps_have(&frame->shadow_maps, light))
-    return shadow_maps_filter(&frame->shadow_maps, frame->device, frame->scene, light, streams->shadow, segment, count,
-                              streams->radiance, log);
-  if (shadow_hybrid_has(&frame->shadow_hybrid, light) && count > 0)
+  if (count == 0) return STATUS_OK;
+  if (shadow_hybrid_has(&frame->shadow_hybrid, light))
     return shadow_hybrid_trace(&frame->shadow_hybrid, &frame->tracer, frame->device, frame->scene, light,
                                streams->shadow, segment, count, streams->radiance, coherence, log);
   return trace_any(&frame->tracer, frame->device, frame->scene, streams->shadow, segment, count, streams->radiance,
@@ -307,7 +315,8 @@ static Status bounce_render(Frame *frame, const Wave *wave, const Bounce *bounce
   RayStream *reflected, *transmitted;
   TRY(stream_take(&reflected, frame, info.reflect, log));
   TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
-  ShadeStreams streams = {bounce->rays, &frame->hits, &frame->shadow, reflected, transmitted, &frame->radiance};
+  ShadeStreams streams = {bounce->rays, &frame->hits, &frame->shadow, reflected, transmitted, &frame->radiance,
+                          &frame->shadow_maps};
   if (bounce->first && request->plan.primary == PRIMARY_RASTER)
     TRY(raster_visibility(&frame->raster, device, frame->scene, &frame->raster_scene, &frame->camera, wave,
                           &frame->hits, frame->capacity, log));
@@ -365,7 +374,6 @@ static Status wave_render(Frame *frame, const Wave *wave, Log *log)
   }
   if (direct_pending) TRY(radiance_accumulate(frame, wave, &frame->direct_sums, log));
   TRY(radiance_accumulate(frame, wave, &frame->film.sums, log));
-  TRY(device_finish(frame->device, log));
 
 done:
   return status;
@@ -382,12 +390,15 @@ Status frame_render(Frame *frame, Log *log)
   uint32_t bin_row = frame->camera.info.tiles_per_row * (RASTER_BIN_PX / TILE_SIZE);
   if (wave_tiles > bin_row && wave_tiles < tiles) wave_tiles -= wave_tiles % bin_row;  // no bin in two waves
   uint32_t wave_samples = smaller(samples, frame->capacity / (wave_tiles * TILE_PIXELS));
-  double total = (double)tiles * samples, done_work = 0;
+  double total = (double)tiles * samples, done_work = 0, queued = 0;
   for (uint32_t sample = 0; sample < samples; sample += wave_samples) {
     for (uint32_t tile = 0; tile < tiles; tile += wave_tiles) {
       Wave wave = {tile, smaller(wave_tiles, tiles - tile), sample, smaller(wave_samples, samples - sample)};
       TRY(wave_render(frame, &wave, log));
       done_work += (double)wave.tile_count * wave.sample_count;
+      if (done_work - queued < MOST_QUEUED_TILES && done_work < total) continue;
+      TRY(device_finish(frame->device, log));
+      queued = done_work;
       if (request->progress) request->progress(request->progress_context, done_work / total);
     }
   }

@@ -1,10 +1,5 @@
-// Shadow-map compare: how much of a light's radiance arrives, by the depths that one texel or several of its map hold.
-//
-//   in    rays, slots   a stream of shadow rays to one light, [ray_count] of segment `segment`, with their receivers
-//         info, views   the light's maps and how they are looked up (shared/shadow.h)
-//         maps          [view_count][size * size] (shared/depth_map.h)
-//         corners, positions   the receivers' triangles
-//   out   radiance[slot] gains weight x lit fraction
+// Shadow-map compare: how much of a light's radiance arrives at a surface, by the depths that one texel or several of
+// its map hold. Part of shading, as in a raster frame: no ray is written or read.
 //
 //   SHADOW_BY_TEXEL   the texel that holds the point: lit or dark (Williams 1978)
 //   SHADOW_BY_PCF     kernel_px x kernel_px texels about it, the outer ones by the share that the kernel covers
@@ -22,32 +17,13 @@
 //   Fails at edges of shadows, by up to a texel's footprint (SHADOW_BY_TEXEL: half of it on average to either side);
 //   on finely curved surfaces, whose neighbouring triangles leave the receiver's plane within the kernel; where casters
 //   are thinner than a texel.
-//   Cost  7 ns a ray by the nearest texel, 29 ns by PCF of 3 x 3, on a core.
+//   Cost  COST_LINE
 //
 //   From  Williams, "Casting Curved Shadows on Curved Surfaces", SIGGRAPH 1978; Reeves, Salesin, Cook, "Rendering
 //         Antialiased Shadows with Depth Maps", SIGGRAPH 1987; Fernando, "Percentage-Closer Soft Shadows", 2005.
 
-#include "lib/ray_stream.cl"
 #include "lib/shadow_view.cl"
 #include "shared/depth_map.h"
-#include "shared/scene.h"
-
-// Normals of the receivers' triangles, of any length.
-static inline Vec3L receiver_normals(global const TriangleCorners *corners, global const float *positions, UintL id,
-                                     IntL mask)
-{
-  Vec3L normal = vec3l(FLOATL(0), FLOATL(0), FLOATL(0));
-  for (uint bits = lane_bits(mask); bits;) {
-    uint triangle = LANE_UINT(id, lowest_bit(bits));
-    IntL group = mask & (id == UINTL(triangle));
-    bits &= ~lane_bits(group);
-    global const uint *vertex = corners[triangle].vertex;
-    float3 a = vload3(vertex[0], positions), b = vload3(vertex[1], positions) - a, c = vload3(vertex[2], positions) - a;
-    FloatL x = FLOATL(b.y * c.z - b.z * c.y), y = FLOATL(b.z * c.x - b.x * c.z), z = FLOATL(b.x * c.y - b.y * c.x);
-    normal = select3(group, vec3l(x, y, z), normal);
-  }
-  return normal;
-}
 
 static inline FloatL dot_float3(Vec3L a, Float3 b) { return a.x * FLOATL(b.x) + a.y * FLOATL(b.y) + a.z * FLOATL(b.z); }
 
@@ -57,7 +33,7 @@ typedef struct PlaneDepth {
   FloatL depth, by_x, by_y, slack;
 } PlaneDepth;
 
-static inline PlaneDepth plane_depth(constant ShadowInfo *info, constant ShadowView *view, Vec3L relative,
+static inline PlaneDepth plane_depth(global const ShadowInfo *info, global const ShadowView *view, Vec3L relative,
                                      const MapPoint *at, Vec3L normal)
 {
   PlaneDepth out;
@@ -116,35 +92,86 @@ static inline __attribute__((overloadable)) float16 kernel_share(float16 at, flo
 
 #if LANES == 1
 static inline float lit_by_kernel(global const float *map, uint size, uint kernel_px, const MapPoint *at,
-                                  const PlaneDepth *plane, IntL group)
+                                  const PlaneDepth *plane, UintL id, IntL group)
 {
-  float side = (float)kernel_px, left = at->x - 0.5f * side, top = at->y - 0.5f * side, sum = 0;
+  float side = (float)kernel_px, left = at->x - 0.5f * side, top = at->y - 0.5f * side, sum = 0, all = 0;
   int x0 = (int)floor(left), y0 = (int)floor(top);
   for (int y = y0; y <= y0 + (int)kernel_px; y++) {
-    float row = 0;
-    for (int x = x0; x <= x0 + (int)kernel_px; x++)
-      row += kernel_share((float)(x - x0), left - (float)x0, side) * texel_lit(map, size, at, plane, x, y);
-    sum += kernel_share((float)(y - y0), top - (float)y0, side) * row;
+    float row = 0, whole = 0, share_y = kernel_share((float)(y - y0), top - (float)y0, side);
+    for (int x = x0; x <= x0 + (int)kernel_px; x++) {
+      float share = kernel_share((float)(x - x0), left - (float)x0, side);
+      row += share * texel_lit(map, size, at, plane, x, y);
+      whole += share;
+    }
+    sum += share_y * row;
+    all += share_y * whole;
   }
-  return sum / (side * side);
+  return sum / all;
 }
 #else
+#define CLEAR_BLOCKS 16
+#define CLEAR_LANES 3  // fewer are asked one by one
+
+// Most of a picture lies far from any shadow's edge. Lanes of `group` all of whose kernel's texels leave the receiver's
+// plane lit, or all in the dark, as told by the blocks of 4 x 4 texels under the kernels of the lanes on one triangle
+// (`id`), whose plane is the same but for rounding, which takes no quarter of the slack.
+static inline void kernels_clear(IntL *lit, IntL *dark, global const float *map, uint size, float side,
+                                 const MapPoint *at, const PlaneDepth *plane, UintL id, IntL group)
+{
+  const float16 block_x = (float16)(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
+  const float16 block_y = (float16)(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+  int last = (int)size / 4 - 1;
+  FloatL nowhere = FLOATL(-INFINITY), zero = FLOATL(0);
+  *lit = *dark = INTL(0);
+  for (uint bits = lane_bits(group); bits;) {
+    uint lane = lowest_bit(bits), triangle = LANE_UINT(id, lane);
+    IntL alike = group & (id == UINTL(triangle));
+    uint alike_bits = lane_bits(alike);
+    bits &= ~alike_bits;
+    if (popcount(alike_bits) < CLEAR_LANES) continue;
+    float left = -greatest_lane(alike ? zero - at->x : nowhere) - 0.5f * side;
+    float right = greatest_lane(alike ? at->x : nowhere) + 0.5f * side;
+    float top = -greatest_lane(alike ? zero - at->y : nowhere) - 0.5f * side;
+    float bottom = greatest_lane(alike ? at->y : nowhere) + 0.5f * side;
+    int x0 = clamp((int)floor(left * 0.25f), 0, last), x1 = clamp((int)floor(right * 0.25f), 0, last);
+    int y0 = clamp((int)floor(top * 0.25f), 0, last), y1 = clamp((int)floor(bottom * 0.25f), 0, last);
+    if ((x1 - x0 + 1) * (y1 - y0 + 1) > CLEAR_BLOCKS) continue;
+    float by_x = LANE_FLOAT(plane->by_x, lane), by_y = LANE_FLOAT(plane->by_y, lane);
+    float slack = LANE_FLOAT(plane->slack, lane), depth = LANE_FLOAT(plane->depth, lane) - slack;
+    float16 step = block_x * by_x + block_y * by_y, least = INFINITY, greatest = -INFINITY;
+    for (int y = y0; y <= y1; y++) {
+      for (int x = x0; x <= x1; x++) {
+        float receiver = depth + by_x * ((float)(4 * x) + 0.5f - LANE_FLOAT(at->x, lane)) +
+                         by_y * ((float)(4 * y) + 0.5f - LANE_FLOAT(at->y, lane));
+        float16 there = vload16(y * (last + 1) + x, map);
+        float16 before = there >= 1 ? (float16)INFINITY : there - (step + receiver);  // 1: nothing is there
+        least = before < least ? before : least;
+        greatest = before > greatest ? before : greatest;
+      }
+    }
+    if (-greatest_float16(-least) >= 0.25f * slack) *lit = *lit | alike;
+    if (greatest_float16(greatest) < -0.25f * slack) *dark = *dark | alike;
+  }
+}
+
 // Ray by ray, 16 texels at a time: the map lies in blocks of 4 x 4, and a gather is slower than whole blocks.
 static inline FloatL lit_by_kernel(global const float *map, uint size, uint kernel_px, const MapPoint *at,
-                                   const PlaneDepth *plane, IntL group)
+                                   const PlaneDepth *plane, UintL id, IntL group)
 {
   const float16 block_x = (float16)(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
   const float16 block_y = (float16)(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
   float side = (float)kernel_px;
   int last = (int)size / 4 - 1;
-  FloatL lit = FLOATL(1);
-  for (uint bits = lane_bits(group); bits; bits &= bits - 1) {
+  IntL clear, dark;
+  kernels_clear(&clear, &dark, map, size, side, at, plane, id, group);
+  FloatL lit = dark ? FLOATL(0) : FLOATL(1);
+  for (uint bits = lane_bits(group & !(clear | dark)); bits; bits &= bits - 1) {
     uint lane = lowest_bit(bits);
     float px = LANE_FLOAT(at->x, lane), py = LANE_FLOAT(at->y, lane), left = px - 0.5f * side, top = py - 0.5f * side;
     float by_x = LANE_FLOAT(plane->by_x, lane), by_y = LANE_FLOAT(plane->by_y, lane);
     float depth = LANE_FLOAT(plane->depth, lane) - LANE_FLOAT(plane->slack, lane);
     float16 step = block_x * by_x + block_y * by_y;
-    float16 sum = 0;
+    float16 sum = 0, all = 0;
     int x0 = clamp((int)floor(left * 0.25f), 0, last), x1 = clamp((int)floor((left + side) * 0.25f), 0, last);
     int y0 = clamp((int)floor(top * 0.25f), 0, last), y1 = clamp((int)floor((top + side) * 0.25f), 0, last);
     for (int y = y0; y <= y1; y++) {
@@ -154,11 +181,10 @@ static inline FloatL lit_by_kernel(global const float *map, uint size, uint kern
         float receiver = depth + by_x * ((float)(4 * x) + 0.5f - px) + by_y * ((float)(4 * y) + 0.5f - py);
         float16 there = vload16(y * (last + 1) + x, map);
         sum += (step + receiver <= there) | (there >= 1) ? share : (float16)0;
+        all += share;
       }
     }
-    float8 half_sum = sum.lo + sum.hi;
-    float4 quarter = half_sum.lo + half_sum.hi;
-    LANE_FLOAT(lit, lane) = (quarter.x + quarter.y + quarter.z + quarter.w) / (side * side);
+    LANE_FLOAT(lit, lane) = sum_float16(sum) / sum_float16(all);
   }
   return lit;
 }
@@ -178,7 +204,7 @@ constant Float2 disc_taps[SHADOW_DISC_TAPS] = {
 
 // Mean closeness of the texels in the disc that stand before the receiver's plane: 1 / w, or in parallel projection the
 // depth; and how many they are.
-static inline FloatL blockers(FloatL *count, constant ShadowView *view, global const float *map, uint size,
+static inline FloatL blockers(FloatL *count, global const ShadowView *view, global const float *map, uint size,
                               const MapPoint *at, const PlaneDepth *plane, FloatL radius_px)
 {
   FloatL sum = FLOATL(0), one = FLOATL(1);
@@ -202,8 +228,8 @@ static inline FloatL blockers(FloatL *count, constant ShadowView *view, global c
 
 // Radius of the light as seen from the receiver past a blocker, in texels. At closeness c = 1 / w of the blocker and
 // c0 of the receiver, what is a metre wide at the light is (c - c0) metres wide at w = 1.
-static inline FloatL lit_by_disc(constant ShadowInfo *info, constant ShadowView *view, global const float *map,
-                                 const MapPoint *at, const PlaneDepth *plane, IntL group)
+static inline FloatL lit_by_disc(global const ShadowInfo *info, global const ShadowView *view, global const float *map,
+                                 const MapPoint *at, const PlaneDepth *plane, UintL id, IntL group)
 {
   uint size = info->size_px;
   Float3 step = view->sight_x;
@@ -215,7 +241,7 @@ static inline FloatL lit_by_disc(constant ShadowInfo *info, constant ShadowView 
   FloatL apart = view->raster.parallel ? at->depth - closeness : closeness - one / at->w;
   FloatL radius = min_lane(FLOATL(reach) * max_lane(apart, FLOATL(0)), most);
   IntL some = count > FLOATL(0), soft = some & (radius > least) & group;
-  FloatL lit = lit_by_kernel(map, size, 1, at, plane, group);
+  FloatL lit = lit_by_kernel(map, size, 1, at, plane, id, group);
   if (!any_lane(soft)) return lit;
   FloatL sum = FLOATL(0);
   for (uint i = 0; i < SHADOW_DISC_TAPS; i++) {
@@ -228,45 +254,35 @@ static inline FloatL lit_by_disc(constant ShadowInfo *info, constant ShadowView 
 }
 #endif
 
-static inline FloatL lit_fraction(constant ShadowInfo *info, constant ShadowView *view, global const float *map,
-                                  const MapPoint *at, const PlaneDepth *plane, IntL group)
+static inline FloatL lit_fraction(global const ShadowInfo *info, global const ShadowView *view, global const float *map,
+                                  const MapPoint *at, const PlaneDepth *plane, UintL id, IntL group)
 {
 #ifdef HAS_DISC
-  return lit_by_disc(info, view, map, at, plane, group);
+  return lit_by_disc(info, view, map, at, plane, id, group);
 #else
-  if (info->method == SHADOW_BY_PCF) return lit_by_kernel(map, info->size_px, info->kernel_px, at, plane, group);
+  if (info->method == SHADOW_BY_PCF) return lit_by_kernel(map, info->size_px, info->kernel_px, at, plane, id, group);
   return texel_lit(map, info->size_px, at, plane, LANE_CONVERT_INT(floor(at->x)), LANE_CONVERT_INT(floor(at->y)));
 #endif
 }
 
-kernel void shadow_filter(constant ShadowInfo *info, constant ShadowView *views, global const float *maps,
-                          global const float *rays, uint capacity, uint ray_count, uint segment,
-                          global const uint *slots, global const TriangleCorners *corners,
-                          global const float *positions, global float4 *radiance)
+// Lit fraction for the lanes of `mask`: points (world space) of triangles `id` with the normals given, of either side.
+// `views` and `maps` are those of all lights.
+static inline FloatL shadow_lit(global const ShadowInfo *info, global const ShadowView *views, global const float *maps,
+                                Vec3L point, Vec3L normal, UintL id, IntL mask)
 {
-  rays += segment * RAY_FIELD_COUNT * capacity;
-  slots += segment * capacity;
-  uint begin = get_global_id(0) * RAYS_PER_ITEM;
-  uint end = min(begin + RAYS_PER_ITEM, ray_count);
-  for (uint first = begin; first < end; first += LANES) {
-    IntL active = stream_load_t_max(rays, capacity, first, ray_count) > FLOATL(0);
-    Vec3L origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
-    UintL receiver = LANE_AS_UINT(LANE_LOAD(rays + RAY_RECEIVER * capacity, first));
-    Vec3L normal = receiver_normals(corners, positions, receiver, active);
-    UintL chosen = shadow_view_choose(info, views, origin);
-    FloatL lit = FLOATL(1);
-    for (uint bits = lane_bits(active & (chosen != UINTL(SHADOW_VIEW_NONE))); bits;) {
-      uint number = LANE_UINT(chosen, lowest_bit(bits));
-      IntL group = active & (chosen == UINTL(number));
-      bits &= ~lane_bits(group);
-      constant ShadowView *view = &views[number];
-      Vec3L relative = shadow_relative(view, origin);
-      MapPoint at = shadow_project(view, relative);
-      PlaneDepth plane = plane_depth(info, view, relative, &at, normal);
-      global const float *map = maps + number * info->size_px * info->size_px;
-      lit = group ? lit_fraction(info, view, map, &at, &plane, group) : lit;
-    }
-    for (uint bits = lane_bits(active & (lit > FLOATL(0))); bits; bits &= bits - 1)
-      stream_add_weight(rays, capacity, first + lowest_bit(bits), slots, radiance, LANE_FLOAT(lit, lowest_bit(bits)));
+  views += info->first_view;
+  maps += info->first_texel;
+  UintL chosen = shadow_view_choose(info, views, point);
+  FloatL lit = FLOATL(1);
+  for (uint bits = lane_bits(mask & (chosen != UINTL(SHADOW_VIEW_NONE))); bits;) {
+    uint number = LANE_UINT(chosen, lowest_bit(bits));
+    IntL group = mask & (chosen == UINTL(number));
+    bits &= ~lane_bits(group);
+    global const ShadowView *view = &views[number];
+    Vec3L relative = shadow_relative(view, point);
+    MapPoint at = shadow_project(view, relative);
+    PlaneDepth plane = plane_depth(info, view, relative, &at, normal);
+    lit = group ? lit_fraction(info, view, maps + number * info->size_px * info->size_px, &at, &plane, id, group) : lit;
   }
+  return lit;
 }
