@@ -1,5 +1,5 @@
 // Texture fetch from buffers: images are slow to filter on a CPU device. Lanes that hit the same triangle share its
-// material and its corners' texture coordinates; texels are fetched a lane at a time.
+// material and its corners' texture coordinates.
 
 #include "lib/lanes.cl"
 #include "shared/scene.h"
@@ -9,47 +9,81 @@ typedef struct Color4L {
   FloatL a;
 } Color4L;
 
-// Texel coordinate under a wrap mode, for i in [-1, 2 size].
-static inline int wrap_texel(int i, int size, uint mode)
+static inline IntL clamp_lane(IntL i, int low, int high)
 {
-  if (mode == WRAP_MODE_CLAMP) return clamp(i, 0, size - 1);
+  IntL least = INTL(low), most = INTL(high);
+  return i < least ? least : i > most ? most : i;
+}
+
+// Texel coordinates under a wrap mode, for i in [-1, 2 size].
+static inline IntL wrap_texel(IntL i, int size, uint mode)
+{
+  if (mode == WRAP_MODE_CLAMP) return clamp_lane(i, 0, size - 1);
   int period = mode == WRAP_MODE_MIRROR ? 2 * size : size;
-  i += i < 0 ? period : 0;
-  i -= i >= period ? period : 0;
-  i -= i >= period ? period : 0;
-  return i < size ? i : period - 1 - i;
+  IntL whole = INTL(period);
+  i += i < INTL(0) ? whole : INTL(0);
+  i -= i >= whole ? whole : INTL(0);
+  i -= i >= whole ? whole : INTL(0);
+  return i < INTL(size) ? i : INTL(period - 1) - i;
 }
 
-// `linear_from_byte` decodes the three colour channels (256 entries); alpha is always linear.
-static inline float4 texel_load(global const uchar4 *texels, constant float *linear_from_byte, uint at)
+// Where texels are read from: those of one texture, and how their three colour channels are decoded (256 entries);
+// alpha is always linear.
+typedef struct Texels {
+  global const uint *packed;  // RGBA from the low byte up
+  constant float *linear_from_byte;
+} Texels;
+
+static inline Color4L texels_load(const Texels *from, IntL at)
 {
-  uchar4 t = texels[at];
-  return (float4)(linear_from_byte[t.x], linear_from_byte[t.y], linear_from_byte[t.z], t.w * (1.0f / 255.0f));
+  UintL t = LANE_GATHER(UintL, from->packed, at), byte = UINTL(255);
+  UintL r = t & byte, g = (t >> UINTL(8)) & byte, b = (t >> UINTL(16)) & byte;
+  Color4L color;
+  color.rgb = vec3l(LANE_GATHER(FloatL, from->linear_from_byte, r), LANE_GATHER(FloatL, from->linear_from_byte, g),
+                    LANE_GATHER(FloatL, from->linear_from_byte, b));
+  color.a = LANE_CONVERT_FLOAT(t >> UINTL(24)) * FLOATL(1.0f / 255.0f);
+  return color;
 }
 
-// Value at `uv` (v = 0 is the top row, texel centres at (i + 1/2) / size), level 0, bilinear or nearest.
-static inline float4 texture_sample(const TextureInfo *info, global const uchar4 *texels,
-                                    constant float *linear_from_byte, float2 uv)
+static inline FloatL mix_lane(FloatL a, FloatL b, FloatL share) { return a + (b - a) * share; }
+
+static inline Color4L mix_color(Color4L a, Color4L b, FloatL share)
 {
+  Color4L out = {
+      vec3l(mix_lane(a.rgb.x, b.rgb.x, share), mix_lane(a.rgb.y, b.rgb.y, share), mix_lane(a.rgb.z, b.rgb.z, share)),
+      mix_lane(a.a, b.a, share)};
+  return out;
+}
+
+// Values at (x, y) of the lanes of `mask` (y = 0 is the top row, texel centres at (i + 1/2) / size), level 0, bilinear
+// or nearest.
+static inline Color4L texture_sample(const TextureInfo *info, const Texels *texels, FloatL x, FloatL y, IntL mask)
+{
+  FloatL low = FLOATL(-1), high = FLOATL(2), half_texel = FLOATL(0.5f), zero = FLOATL(0);
   // Far coordinates would overflow the conversion to int; a period is taken off first, where there is one.
-  if (info->wrap_u != WRAP_MODE_CLAMP) uv.x -= 2 * floor(uv.x * 0.5f);
-  if (info->wrap_v != WRAP_MODE_CLAMP) uv.y -= 2 * floor(uv.y * 0.5f);
+  if (info->wrap_u != WRAP_MODE_CLAMP) x -= high * floor(x * half_texel);
+  if (info->wrap_v != WRAP_MODE_CLAMP) y -= high * floor(y * half_texel);
+  // Not a number is -1, as other lanes are.
+  x = (mask & (x > low)) ? x : low;
+  y = (mask & (y > low)) ? y : low;
   int width = (int)info->width, height = (int)info->height;
-  float2 at = clamp(uv, -1.0f, 2.0f) * (float2)(width, height);
-  texels += info->first_texel;
+  x = min_lane(x, high) * FLOATL((float)width);
+  y = min_lane(y, high) * FLOATL((float)height);
   if (info->nearest) {
-    int x = wrap_texel((int)floor(at.x), width, info->wrap_u), y = wrap_texel((int)floor(at.y), height, info->wrap_v);
-    return texel_load(texels, linear_from_byte, (uint)(y * width + x));
+    IntL column = wrap_texel(LANE_CONVERT_INT(floor(x)), width, info->wrap_u);
+    IntL row = wrap_texel(LANE_CONVERT_INT(floor(y)), height, info->wrap_v);
+    return texels_load(texels, row * INTL(width) + column);
   }
-  at -= 0.5f;
-  float2 base = floor(at), f = at - base;
-  int x0 = wrap_texel((int)base.x, width, info->wrap_u), x1 = wrap_texel((int)base.x + 1, width, info->wrap_u);
-  int y0 = wrap_texel((int)base.y, height, info->wrap_v), y1 = wrap_texel((int)base.y + 1, height, info->wrap_v);
-  float4 top = mix(texel_load(texels, linear_from_byte, (uint)(y0 * width + x0)),
-                   texel_load(texels, linear_from_byte, (uint)(y0 * width + x1)), f.x);
-  float4 bottom = mix(texel_load(texels, linear_from_byte, (uint)(y1 * width + x0)),
-                      texel_load(texels, linear_from_byte, (uint)(y1 * width + x1)), f.x);
-  return mix(top, bottom, f.y);
+  x -= half_texel;
+  y -= half_texel;
+  FloatL base_x = floor(x), base_y = floor(y);
+  IntL left = LANE_CONVERT_INT(base_x), top = LANE_CONVERT_INT(base_y);
+  IntL x0 = wrap_texel(left, width, info->wrap_u), x1 = wrap_texel(left + INTL(1), width, info->wrap_u);
+  IntL y0 = wrap_texel(top, height, info->wrap_v) * INTL(width);
+  IntL y1 = wrap_texel(top + INTL(1), height, info->wrap_v) * INTL(width);
+  Color4L above = mix_color(texels_load(texels, y0 + x0), texels_load(texels, y0 + x1), x - base_x);
+  Color4L below = mix_color(texels_load(texels, y1 + x0), texels_load(texels, y1 + x1), x - base_x);
+  return mix_color(above, below, y - base_y);
 }
 
 // What a triangle's textures and vertex colours are read from.
@@ -85,15 +119,10 @@ static inline void texture_use_sample(Color4L *out, const AttributeSources *from
   FloatL x = FLOATL(m[0]) * s + FLOATL(m[1]) * t + FLOATL(m[2]);
   FloatL y = FLOATL(m[3]) * s + FLOATL(m[4]) * t + FLOATL(m[5]);
   TextureInfo info = from->textures[use->texture];
-  for (uint bits = lane_bits(group); bits; bits &= bits - 1) {
-    uint lane = lowest_bit(bits);
-    float4 texel = texture_sample(&info, from->texels, from->linear_from_byte + table,
-                                  (float2)(LANE_FLOAT(x, lane), LANE_FLOAT(y, lane)));
-    LANE_FLOAT(out->rgb.x, lane) = texel.x;
-    LANE_FLOAT(out->rgb.y, lane) = texel.y;
-    LANE_FLOAT(out->rgb.z, lane) = texel.z;
-    LANE_FLOAT(out->a, lane) = texel.w;
-  }
+  Texels texels = {(global const uint *)(from->texels + info.first_texel), from->linear_from_byte + table};
+  Color4L color = texture_sample(&info, &texels, x, y, group);
+  out->rgb = select3(group, color.rgb, out->rgb);
+  out->a = group ? color.a : out->a;
 }
 
 // Base colour and alpha of the lanes of `group`, which hit one triangle: factor x texture x vertex colour.
