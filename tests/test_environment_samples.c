@@ -122,7 +122,8 @@ static ShadeInfo launch_info(uint32_t launch)
                      .environment_table = 1,
                      .random_key = launch * 7919,
                      .tile_count = RAYS / 64,
-                     .tiles_per_row = 8};
+                     .tiles_per_row = 8,
+                     .tile_rows = RAYS / 64 / 8};
 }
 
 static int class_of(const ShadeLab *lab, const LabRay *ray)

@@ -89,9 +89,8 @@ static void fan_covers_every_sample(void **state)
   RasterHits hits = raster_assert_same(&fixture, &shot, "fan");
   uint32_t inside = 0;
   for (uint32_t slot = 0; slot < hits.count; slot++) {
-    uint32_t tile = slot / TILE_PIXELS, block = slot % TILE_PIXELS / 16;
-    uint32_t x = tile % (SIZE / 8) * 8 + block % 2 * 4 + slot % 4,
-             y = tile / (SIZE / 8) * 8 + block / 2 * 4 + slot % 16 / 4;
+    uint32_t x, y;
+    raster_slot_pixel(&x, &y, slot, SIZE, SIZE);
     double px = (x + 0.5) / SIZE * 2 - 1, py = (y + 0.5) / SIZE * 2 - 1;
     double apothem = 0.9 * cos(M_PI / BLADES);
     if (sqrt(px * px + py * py) < apothem - 1e-5) {
@@ -256,9 +255,14 @@ static void crop_shows_its_part_of_the_picture(void **state)
   RasterHits whole = raster_hits(&fixture, &shot, RASTER_BINS_16, NULL);
   shot.area = (PictureArea){WIDTH, HEIGHT, X, Y, 64, 48};
   RasterHits part = raster_assert_same(&fixture, &shot, "crop");
-  for (uint32_t slot = 0; slot < part.count; slot++) {  // the crop starts at a tile
-    uint32_t tile = slot / TILE_PIXELS, in_whole = (tile / 8 + Y / 8) * (WIDTH / 8) + tile % 8 + X / 8;
-    assert_int_equal(part.ids[slot], whole.ids[in_whole * TILE_PIXELS + slot % TILE_PIXELS]);
+  uint32_t ids[HEIGHT][WIDTH], x, y;
+  for (uint32_t slot = 0; slot < whole.count; slot++) {
+    raster_slot_pixel(&x, &y, slot, WIDTH, HEIGHT);
+    ids[y][x] = whole.ids[slot];
+  }
+  for (uint32_t slot = 0; slot < part.count; slot++) {
+    raster_slot_pixel(&x, &y, slot, shot.area.width, shot.area.height);
+    assert_int_equal(part.ids[slot], ids[Y + y][X + x]);
   }
   assert_true(raster_hits_count(&part) > 1000);
   raster_hits_free(&whole);

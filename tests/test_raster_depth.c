@@ -300,9 +300,8 @@ static void map_shows_what_rays_hit(void **state)
     RasterHits hits = raster_hits_by_rays(&fixture, &shot);
     uint32_t differ = 0, covered = raster_hits_count(&hits);
     for (uint32_t slot = 0; slot < hits.count; slot++) {
-      uint32_t tile = slot / TILE_PIXELS, block = slot % TILE_PIXELS / 16;
-      uint32_t x = tile % (TEXELS / 8) * 8 + block % 2 * 4 + slot % 4,
-               y = tile / (TEXELS / 8) * 8 + block / 2 * 4 + slot % 16 / 4;
+      uint32_t x, y;
+      raster_slot_pixel(&x, &y, slot, TEXELS, TEXELS);
       double expected = hits.ids[slot] == HIT_NONE ? 1 : hits.t[slot] / far_m;
       differ +=
           fabs(map[y * TEXELS + x] - expected) > 2e-3;  // the steepest of these planes rise by less in 1/256 texel

@@ -16,9 +16,6 @@ typedef struct BinRanges {
   FloatL near;
 } BinRanges;
 
-static inline UintL min_uint(UintL a, UintL b) { return a < b ? a : b; }
-static inline UintL max_uint(UintL a, UintL b) { return a > b ? a : b; }
-
 static inline void ranges_clear(BinRanges *ranges)
 {
   ranges->count = 0;

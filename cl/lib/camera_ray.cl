@@ -2,12 +2,11 @@
 
 #include "lib/lanes.cl"
 #include "lib/tile.cl"
-#include "shared/camera.h"
 
 // Pixels of LANES neighbouring slots, of which the first is `within` (0..63) a tile.
-static inline void tile_pixels(UintL *x, UintL *y, uint tile, uint within, uint tiles_per_row)
+static inline void tile_pixels(UintL *x, UintL *y, uint tile, uint within, uint2 grid)
 {
-  uint2 first = tile_pixel(tile, within & ~15u, tiles_per_row);
+  uint2 first = tile_pixel(tile, within & ~15u, grid);
   UintL inside = LANE_AS_UINT(INTL((int)(within & 15)) + LANE_INDEX);
   *x = UINTL(first.x) + (inside & UINTL(3));
   *y = UINTL(first.y) + (inside >> UINTL(2));

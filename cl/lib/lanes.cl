@@ -150,6 +150,22 @@ static inline float sum_float16(float16 v)
   return two.x + two.y;
 }
 
+static inline UintL min_uint(UintL a, UintL b) { return a < b ? a : b; }
+static inline UintL max_uint(UintL a, UintL b) { return a > b ? a : b; }
+
+// a / b for a < 2^23, b > 0; vectors of integers are divided lane by lane, of floats at once.
+static inline UintL divide_lane(UintL a, UintL b)
+{
+#if LANES == 1
+  return a / b;
+#else
+  UintL quotient = LANE_AS_UINT(LANE_CONVERT_INT(LANE_CONVERT_FLOAT(a) / LANE_CONVERT_FLOAT(b))), one = UINTL(1);
+  IntL left = LANE_AS_INT(a - quotient * b);
+  quotient -= left < INTL(0) ? one : UINTL(0);
+  return quotient + (left >= LANE_AS_INT(b) ? one : UINTL(0));
+#endif
+}
+
 // The greatest lane.
 static inline float greatest_lane(FloatL v)
 {

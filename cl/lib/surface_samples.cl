@@ -33,13 +33,20 @@ static inline RandomSource random_source(constant ShadeInfo *shade, UintL slot)
 {
   RandomSource source;
   UintL within = slot % UINTL(TILE_PIXELS), tile = slot / UINTL(TILE_PIXELS);
-  UintL turn = tile / UINTL(shade->tile_count);
+  UintL turn = divide_lane(tile, UINTL(shade->tile_count));
   source.sample = UINTL(shade->first_sample) + turn;
   tile += UINTL(shade->first_tile) - turn * UINTL(shade->tile_count);
-  UintL row = tile / UINTL(shade->tiles_per_row);
-  UintL x = (tile - row * UINTL(shade->tiles_per_row)) * UINTL(TILE_SIZE);
-  UintL y = row * UINTL(TILE_SIZE) + (within >> UINTL(5)) * UINTL(4) + ((within >> UINTL(2)) & UINTL(3));
+  // As tile_at does.
+  UintL bin_tiles = UINTL(BIN_TILES), across = UINTL(shade->tiles_per_row), row = divide_lane(tile, across * bin_tiles);
+  tile -= row * across * bin_tiles;
+  UintL height = min_uint(bin_tiles, UINTL(shade->tile_rows) - row * bin_tiles);
+  UintL column = divide_lane(tile, bin_tiles * height);
+  tile -= column * bin_tiles * height;
+  UintL width = min_uint(bin_tiles, across - column * bin_tiles), down = divide_lane(tile, width);
+  UintL x = (column * bin_tiles + tile - down * width) * UINTL(TILE_SIZE);
+  UintL y = (row * bin_tiles + down) * UINTL(TILE_SIZE);
   x += ((within >> UINTL(4)) & UINTL(1)) * UINTL(4) + (within & UINTL(3));
+  y += (within >> UINTL(5)) * UINTL(4) + ((within >> UINTL(2)) & UINTL(3));
   source.key = hash_pcg(x + UINTL(shade->crop_x) + hash_pcg(y + UINTL(shade->crop_y) + UINTL(shade->random_key)));
   return source;
 }

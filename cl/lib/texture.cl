@@ -59,13 +59,13 @@ static inline Color4L mix_color(Color4L a, Color4L b, FloatL share)
 // or nearest.
 static inline Color4L texture_sample(const TextureInfo *info, const Texels *texels, FloatL x, FloatL y, IntL mask)
 {
-  FloatL low = FLOATL(-1), high = FLOATL(2), half_texel = FLOATL(0.5f), zero = FLOATL(0);
+  FloatL high = FLOATL(2), half_texel = FLOATL(0.5f), zero = FLOATL(0);
   // Far coordinates would overflow the conversion to int; a period is taken off first, where there is one.
   if (info->wrap_u != WRAP_MODE_CLAMP) x -= high * floor(x * half_texel);
   if (info->wrap_v != WRAP_MODE_CLAMP) y -= high * floor(y * half_texel);
-  // Not a number is -1, as other lanes are.
-  x = (mask & (x > low)) ? x : low;
-  y = (mask & (y > low)) ? y : low;
+  // What is not a number is 0, as other lanes are; so is what lies before the first texel's centre where it is clamped.
+  x = (mask & (x > zero)) ? x : zero;
+  y = (mask & (y > zero)) ? y : zero;
   int width = (int)info->width, height = (int)info->height;
   x = min_lane(x, high) * FLOATL((float)width);
   y = min_lane(y, high) * FLOATL((float)height);

@@ -112,6 +112,7 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
                             uint tile_count, uint sample, bool begin, const Target *from)
 {
   bool any = false;
+  uint2 grid = camera_tiles(camera);
   bin->camera = camera;
   bin->offset = offset;
   bin->px = bin_px;
@@ -123,9 +124,10 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
     for (uint part = 0; part < BLOCK_PARTS; part++) bin->farthest[row][part] = FLOATL(-1);
     for (uint column = 0; column < BIN_SIDE; column++) {
       uint block = row * BIN_SIDE + column;
-      uint2 px = bin_px + (uint2)(column, row) * 4u, tile_at = px / (uint)TILE_SIZE;
-      uint tile = tile_at.y * camera->tiles_per_row + tile_at.x, within = (row & 1) * 32 + (column & 1) * 16;
-      if (tile_at.x >= camera->tiles_per_row || tile < first_tile || tile >= first_tile + tile_count) continue;
+      uint2 px = bin_px + (uint2)(column, row) * 4u, at = px / (uint)TILE_SIZE;
+      if (at.x >= grid.x || at.y >= grid.y) continue;
+      uint tile = tile_number(at, grid), within = (row & 1) * 32 + (column & 1) * 16;
+      if (tile < first_tile || tile >= first_tile + tile_count) continue;
       bin->inside[row] |= 1u << column;
       bin->target[block] = ((tile - first_tile + sample * tile_count) * TILE_PIXELS + within) / LANES;
       block_make(bin, block, camera, offset, px, begin, from);
@@ -310,7 +312,7 @@ static inline void cost_add(global uint *sum, uint more)
 
 kernel void visibility_bins(constant CameraInfo *camera, constant Float2 *offsets, uint first_tile, uint tile_count,
                             uint first_sample, uint sample_count, uint columns, uint first_row, uint rows,
-                            uint wave_row, uint wave_rows, global const RasterBlock *triangles, uint chunk_count,
+                            uint first_bin, uint bin_count, global const RasterBlock *triangles, uint chunk_count,
                             global const uint *records, global const uint *spans, global const uint *starts,
                             global const ushort *lists, uint begin, float t_min, uint capacity, global float *hits,
                             global uint *hit_ids, global uint *costs, global const TriangleCorners *corners,
@@ -319,8 +321,8 @@ kernel void visibility_bins(constant CameraInfo *camera, constant Float2 *offset
                             global const uchar4 *texels, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  uint item = get_global_id(0), bin_x = item % columns, bin_y = item / columns % wave_rows + wave_row;
-  uint sample = item / columns / wave_rows;
+  uint item = get_global_id(0), number = first_bin + item % bin_count, sample = item / bin_count;
+  uint bin_x = number % columns, bin_y = number / columns;
   if (sample >= sample_count) return;
   Float2 offset = offsets[first_sample + sample];
   bool parallel = camera->orthographic;

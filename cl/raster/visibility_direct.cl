@@ -123,7 +123,7 @@ static inline ulong sample_key(const Triangle *t, const Scope *scope, const Samp
 // Slot of a pixel and sample of the wave; HIT_NONE where the wave does not hold it.
 static inline uint wave_slot(const Scope *scope, uint x, uint y, uint sample)
 {
-  uint tile = y / TILE_SIZE * scope->camera->tiles_per_row + x / TILE_SIZE, first = scope->wave.first_tile;
+  uint tile = tile_number((uint2)(x, y) / (uint)TILE_SIZE, camera_tiles(scope->camera)), first = scope->wave.first_tile;
   if (tile < first || tile >= first + scope->wave.tile_count) return HIT_NONE;
   return (tile - first + sample * scope->wave.tile_count) * TILE_PIXELS + tile_slot(x, y);
 }
@@ -309,8 +309,9 @@ kernel void visibility_small(global const RasterBlock *blocks, global const Rast
   Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
   uint number = first_triangle + get_global_id(0);
   if (get_global_id(0) >= triangle_count) return;  // whole work-groups, here and below: a chunk is of whole ones
-  uint first_row = first_tile / camera->tiles_per_row * TILE_SIZE;
-  uint end_row = min(((first_tile + tile_count - 1) / camera->tiles_per_row + 1) * TILE_SIZE, camera->height);
+  uint row_tiles = camera->tiles_per_row * BIN_TILES;
+  uint first_row = first_tile / row_tiles * RASTER_BIN_PX;
+  uint end_row = min(((first_tile + tile_count - 1) / row_tiles + 1) * RASTER_BIN_PX, camera->height);
   if (!bounds_visible(&bounds[number / RASTER_CHUNK], view, (float)first_row, (float)end_row)) return;
   Triangle triangle = triangle_load(blocks, number);
   Vec3L a[3];
@@ -385,7 +386,7 @@ kernel void visibility_resolve(constant CameraInfo *camera, constant Float2 *off
   uint slot = get_global_id(0), tile = slot / TILE_PIXELS;
   if (slot >= slot_count) return;
   UintL x, y;
-  tile_pixels(&x, &y, first_tile + tile % tile_count, slot % TILE_PIXELS, camera->tiles_per_row);
+  tile_pixels(&x, &y, first_tile + tile % tile_count, slot % TILE_PIXELS, camera_tiles(camera));
   ulong key = keys[slot];
   float t = camera_ray_end(camera, x, y), u = 0, v = 0;
   uint id = (uint)key;

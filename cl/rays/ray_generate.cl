@@ -20,7 +20,7 @@ kernel void ray_generate(constant CameraInfo *camera, constant Float2 *offsets, 
   for (uint slot = begin; slot < end; slot += LANES) {
     uint tile = slot / TILE_PIXELS;
     UintL x, y;
-    tile_pixels(&x, &y, first_tile + tile % tile_count, slot % TILE_PIXELS, camera->tiles_per_row);
+    tile_pixels(&x, &y, first_tile + tile % tile_count, slot % TILE_PIXELS, camera_tiles(camera));
     CameraRay ray = camera_ray(camera, x, y, offsets[first_sample + tile / tile_count]);
     stream_store3(ray.origin, rays, capacity, RAY_ORIGIN_X, slot);
     stream_store3(ray.direction, rays, capacity, RAY_DIRECTION_X, slot);

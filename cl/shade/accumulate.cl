@@ -7,7 +7,13 @@
 //   Cost  16 bytes read a sample, 32 moved a pixel.
 
 #include "lib/tile.cl"
-#include "shared/camera.h"
+
+// Neighbouring pixels that a step takes: a row of a block of 4 x 4, or one.
+#if LANES == 1
+#define ROW 1
+#else
+#define ROW 4
+#endif
 
 kernel void accumulate(constant CameraInfo *camera, uint first_tile, uint tile_count, uint sample_count,
                        global const float4 *radiance, global float4 *sums)
@@ -15,11 +21,26 @@ kernel void accumulate(constant CameraInfo *camera, uint first_tile, uint tile_c
   uint pixel_count = tile_count * TILE_PIXELS;
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, pixel_count);
-  for (uint i = begin; i < end; i++) {
-    uint2 pixel = tile_pixel(first_tile + i / TILE_PIXELS, i % TILE_PIXELS, camera->tiles_per_row);
+  uint2 grid = camera_tiles(camera), corner = (uint2)(0);
+  for (uint i = begin; i < end; i += ROW) {
+    if (i == begin || i % TILE_PIXELS == 0) corner = tile_pixel(first_tile + i / TILE_PIXELS, 0, grid);
+    uint2 pixel = corner + within_tile(i % TILE_PIXELS);
     if (pixel.x >= camera->width || pixel.y >= camera->height) continue;
-    float4 sum = sums[pixel.y * camera->width + pixel.x];
-    for (uint sample = 0; sample < sample_count; sample++) sum += radiance[sample * pixel_count + i];
-    sums[pixel.y * camera->width + pixel.x] = sum;
+    global float4 *to = &sums[pixel.y * camera->width + pixel.x];
+    global const float4 *from = &radiance[i];
+#if ROW == 4
+    if (pixel.x + ROW <= camera->width) {
+      float16 sum = vload16(0, (global float *)to);
+      for (uint sample = 0; sample < sample_count; sample++)
+        sum += vload16(0, (global const float *)(from + sample * pixel_count));
+      vstore16(sum, 0, (global float *)to);
+      continue;
+    }
+#endif
+    for (uint k = 0; k < min(camera->width - pixel.x, (uint)ROW); k++) {
+      float4 sum = to[k];
+      for (uint sample = 0; sample < sample_count; sample++) sum += from[sample * pixel_count + k];
+      to[k] = sum;
+    }
   }
 }

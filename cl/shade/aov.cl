@@ -14,7 +14,6 @@
 #include "lib/surface.cl"
 #include "lib/tile.cl"
 #include "shared/aov.h"
-#include "shared/camera.h"
 
 // Object whose triangles [starts[o], starts[o + 1]) hold `id`.
 static inline uint object_of_triangle(global const uint *starts, uint object_count, uint id)
@@ -66,7 +65,7 @@ kernel void aov(constant CameraInfo *camera, uint first_tile, uint tile_count, u
       for (uint bits = lane_bits(active); bits; bits &= bits - 1) {
         uint lane = lowest_bit(bits), i = first + lane;
         bool on_surface = hit_bits >> lane & 1;
-        uint2 pixel = tile_pixel(first_tile + i / TILE_PIXELS, i % TILE_PIXELS, camera->tiles_per_row);
+        uint2 pixel = tile_pixel(first_tile + i / TILE_PIXELS, i % TILE_PIXELS, camera_tiles(camera));
         uint at = pixel.y * camera->width + pixel.x;
         if (fresh) {
           uint triangle = LANE_UINT(id, lane);

@@ -18,8 +18,8 @@
 //   Streams are packed by one atomic per LANES rays; their order varies from run to run, the picture does not.
 
 #include "lib/area_light.cl"
-#include "shared/shadow.h"
 #include "lib/surface_samples.cl"
+#include "shared/shadow.h"
 #ifdef HAS_SHADOW_MAPS
 #include "lib/shadow_lookup.cl"
 #endif
@@ -62,32 +62,84 @@ static inline Lighting light_arriving(global const LightInfo *light, Vec3L origi
   return out;
 }
 
-static inline void radiance_add(global float4 *radiance, UintL slot, IntL mask, Vec3L value, FloatL coverage)
+// What slots hold so far, for the lanes of a mask.
+typedef struct Sum {
+  Vec3L rgb;
+  FloatL coverage;
+} Sum;
+
+#if LANES == 16
+// The slots of camera rays follow each other: four pixels a vector.
+static inline bool slots_follow(UintL slot, IntL mask)
+{
+  return lane_bits(mask & (slot == UINTL(slot.s0) + LANE_AS_UINT(LANE_INDEX))) == 0xffff;
+}
+#else
+static inline bool slots_follow(UintL slot, IntL mask) { return false; }
+#endif
+
+static inline Sum radiance_load(global const float4 *radiance, UintL slot, IntL mask)
+{
+  FloatL zero = FLOATL(0);
+  Sum sum = {vec3l(zero, zero, zero), zero};
+#if LANES == 16
+  if (slots_follow(slot, mask)) {
+    global const float *from = (global const float *)(radiance + slot.s0);
+    FloatL xz[2], yw[2];
+#pragma unroll
+    for (uint i = 0; i < 2; i++) {
+      FloatL first = vload16(2 * i, from), second = vload16(2 * i + 1, from);
+      xz[i].lo = first.even, xz[i].hi = second.even;
+      yw[i].lo = first.odd, yw[i].hi = second.odd;
+    }
+    sum.rgb.x.lo = xz[0].even, sum.rgb.x.hi = xz[1].even;
+    sum.rgb.y.lo = yw[0].even, sum.rgb.y.hi = yw[1].even;
+    sum.rgb.z.lo = xz[0].odd, sum.rgb.z.hi = xz[1].odd;
+    sum.coverage.lo = yw[0].odd, sum.coverage.hi = yw[1].odd;
+    return sum;
+  }
+#endif
+  for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
+    uint lane = lowest_bit(bits);
+    float4 now = radiance[LANE_UINT(slot, lane)];
+    LANE_FLOAT(sum.rgb.x, lane) = now.x;
+    LANE_FLOAT(sum.rgb.y, lane) = now.y;
+    LANE_FLOAT(sum.rgb.z, lane) = now.z;
+    LANE_FLOAT(sum.coverage, lane) = now.w;
+  }
+  return sum;
+}
+
+static inline void radiance_store(global float4 *radiance, UintL slot, IntL mask, Sum sum)
 {
 #if LANES == 16
-  // The slots of camera rays follow each other: whole vectors of four pixels.
-  uint first = slot.s0;
-  if (!any_lane(slot != (UINTL(first) + LANE_AS_UINT(LANE_INDEX)))) {
-    FloatL zero = FLOATL(0), x = mask ? value.x : zero, y = mask ? value.y : zero, z = mask ? value.z : zero;
-    FloatL w = mask ? coverage : zero, xz[2], yw[2];
-    xz[0].even = x.lo, xz[0].odd = z.lo, xz[1].even = x.hi, xz[1].odd = z.hi;
-    yw[0].even = y.lo, yw[0].odd = w.lo, yw[1].even = y.hi, yw[1].odd = w.hi;
-    global float *to = (global float *)(radiance + first);
+  if (slots_follow(slot, mask)) {
+    FloatL xz[2], yw[2];
+    xz[0].even = sum.rgb.x.lo, xz[0].odd = sum.rgb.z.lo, xz[1].even = sum.rgb.x.hi, xz[1].odd = sum.rgb.z.hi;
+    yw[0].even = sum.rgb.y.lo, yw[0].odd = sum.coverage.lo, yw[1].even = sum.rgb.y.hi, yw[1].odd = sum.coverage.hi;
+    global float *to = (global float *)(radiance + slot.s0);
 #pragma unroll
     for (uint i = 0; i < 4; i++) {
       FloatL four;
       four.even = i % 2 ? xz[i / 2].hi : xz[i / 2].lo;
       four.odd = i % 2 ? yw[i / 2].hi : yw[i / 2].lo;
-      vstore16(vload16(i, to) + four, i, to);
+      vstore16(four, i, to);
     }
     return;
   }
 #endif
   for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
     uint lane = lowest_bit(bits);
-    radiance[LANE_UINT(slot, lane)] += (float4)(LANE_FLOAT(value.x, lane), LANE_FLOAT(value.y, lane),
-                                                LANE_FLOAT(value.z, lane), LANE_FLOAT(coverage, lane));
+    radiance[LANE_UINT(slot, lane)] = (float4)(LANE_FLOAT(sum.rgb.x, lane), LANE_FLOAT(sum.rgb.y, lane),
+                                               LANE_FLOAT(sum.rgb.z, lane), LANE_FLOAT(sum.coverage, lane));
   }
+}
+
+static inline void radiance_add(global float4 *radiance, UintL slot, IntL mask, Vec3L value)
+{
+  Sum sum = radiance_load(radiance, slot, mask);
+  sum.rgb = add3(sum.rgb, value);
+  radiance_store(radiance, slot, mask, sum);
 }
 
 #ifdef HAS_AREA_LIGHTS
@@ -162,7 +214,7 @@ static inline void shade_misses(IntL missed, Vec3L direction, Vec3L weight, Floa
     }
 #endif
   }
-  radiance_add(radiance, slot, missed, mul3(seen, weight), FLOATL(0));
+  radiance_add(radiance, slot, missed, mul3(seen, weight));
 }
 
 #ifdef HAS_LOBES
@@ -184,7 +236,7 @@ static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, Flo
     at->random = random_source(shade, at->slot);
     occlusion_rays_spawn(at, light, shade, to);
 #else
-    radiance_add(radiance, at->slot, at->lit, mul3(light, at->weight), FLOATL(0));
+    radiance_add(radiance, at->slot, at->lit, mul3(light, at->weight));
 #endif
   }
 #ifdef HAS_LOBES
@@ -253,11 +305,11 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
 #endif
 
     IntL lit = hit & !s.unlit;
-    Vec3L sent = vec3l(zero, zero, zero);
-    if (shade->first_batch)
-      sent = mul3(surface_own_radiance(&s, shade), weight);
-    else
-      coverage = zero;
+    Sum sum = radiance_load(radiance, slot, hit);
+    if (shade->first_batch) {
+      sum.rgb = add3(sum.rgb, mul3(surface_own_radiance(&s, shade), weight));
+      sum.coverage += coverage;
+    }
     for (uint i = 0; i < shade->light_count; i++) {
       uint number = shade->first_light + i;
       Lighting light = light_arriving(&lights[number], origin);
@@ -267,25 +319,25 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
       IntL reached = lit & (dot3(s.geometric, light.unit) > zero) & (max_component3(arrives) > zero);
 #ifdef HAS_AREA_LIGHTS
       IntL within = reached & light_point_choose(&light, lights[number].kind, shade, number, slot);
-      sent = select3(within, add3(sent, arrives), sent);
+      sum.rgb = select3(within, add3(sum.rgb, arrives), sum.rgb);
       reached = reached & !within & (dot3(s.geometric, light.unit) > zero);
 #endif
       if (!shade->cast_shadows) {
-        sent = select3(reached, add3(sent, arrives), sent);
+        sum.rgb = select3(reached, add3(sum.rgb, arrives), sum.rgb);
         continue;
       }
 #ifdef HAS_SHADOW_MAPS
       global const ShadowInfo *info = &shadow_infos[number];
       if (info->view_count) {
         FloatL fraction = shadow_lit(info, shadow_views, shadow_maps, origin, s.geometric, id, reached);
-        sent = select3(reached, add3(sent, scale3(arrives, fraction)), sent);
+        sum.rgb = select3(reached, add3(sum.rgb, scale3(arrives, fraction)), sum.rgb);
         continue;
       }
 #endif
       stream_append(reached, origin, light.to_light, light.t_max, arrives, slot,
                     shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity, shadow_slots + i * capacity, &counts[i]);
     }
-    radiance_add(radiance, slot, hit, sent, coverage);
+    radiance_store(radiance, slot, hit, sum);
     if (!shade->first_batch) continue;
 
     if (shade->reflect) {

@@ -46,9 +46,10 @@ typedef struct ShadeInfo {
   uint environment_table;                     // 1: directions are also chosen by the image
   uint random_key;                            // of seed and path
   uint first_tile, tile_count, first_sample;  // of the wave
-  uint tiles_per_row, crop_x, crop_y;         // of the picture, as in CameraInfo
+  uint tiles_per_row, tile_rows;              // of the picture
+  uint crop_x, crop_y;                        // as in CameraInfo
   float light_radius_m, light_sine;  // with HAS_AREA_LIGHTS: of spheres; of what directional ones subtend, halved
-  uint padding[3];                   // to a power of two: buffer_write then does not wait
+  uint padding[2];                   // to a power of two: buffer_write then does not wait
 } ShadeInfo;
 SHARED_SIZE(ShadeInfo, 128);
 

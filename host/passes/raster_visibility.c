@@ -5,9 +5,11 @@
 #include "shared/raster.h"
 #include "shared/stream.h"
 
-enum { TILES_PER_BIN = RASTER_BIN_PX / TILE_SIZE };
+_Static_assert(RASTER_BIN_PX == TILE_SIZE * BIN_TILES, "waves and raster have the same bins");
 
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
+
+static uint32_t larger(uint32_t a, uint32_t b) { return a > b ? a : b; }
 
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 
@@ -73,7 +75,7 @@ Status raster_visibility_aim(RasterVisibility *raster, Device *device, const Cam
   if (raster->way == RASTER_WAY_BINS) {
     uint32_t rows = divide_up(info->height, RASTER_BIN_PX);
     // A wave may touch one row of bins more than its tiles fill.
-    uint32_t wave_rows = divide_up(capacity / TILE_PIXELS, info->tiles_per_row * TILES_PER_BIN) + 1;
+    uint32_t wave_rows = divide_up(capacity / TILE_PIXELS, info->tiles_per_row * BIN_TILES) + 1;
     raster->columns = divide_up(info->width, RASTER_BIN_PX);
     raster->pass_rows = raster->columns * rows <= raster->pass_bins ? rows : smaller(rows, wave_rows);
     TRY(raster_bins_divide(&raster->binned, device, raster->pass_chunks, (size_t)raster->columns * raster->pass_rows,
@@ -99,12 +101,24 @@ void raster_visibility_free(RasterVisibility *raster)
   *raster = (RasterVisibility){0};
 }
 
+// Number of a tile's bin.
+static uint32_t bin_of(const RasterVisibility *raster, const CameraInfo *info, uint32_t tile)
+{
+  uint32_t row_tiles = info->tiles_per_row * BIN_TILES, row = tile / row_tiles;
+  uint32_t height = smaller(BIN_TILES, divide_up(info->height, TILE_SIZE) - row * BIN_TILES);
+  return row * raster->columns + tile % row_tiles / (BIN_TILES * height);
+}
+
 // Bin rows [wave_row, wave_row + wave_rows) of the wave, by passes over the scene's chunks.
 static Status bins_draw(RasterVisibility *raster, Device *device, const DeviceScene *scene,
                         const RasterScene *triangles, const CameraRays *camera, const Wave *wave, uint32_t wave_row,
                         uint32_t wave_rows, const HitStream *hits, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
+  uint32_t first_bin = larger(bin_of(raster, &camera->info, wave->first_tile), wave_row * raster->columns);
+  uint32_t end_bin = smaller(bin_of(raster, &camera->info, wave->first_tile + wave->tile_count - 1) + 1,
+                             (wave_row + wave_rows) * raster->columns),
+           bin_count = end_bin - first_bin;
   const CameraInfo *info = &camera->info;
   uint32_t all_rows = divide_up(info->height, RASTER_BIN_PX);
   bool whole = raster->pass_rows == all_rows;
@@ -119,11 +133,10 @@ static Status bins_draw(RasterVisibility *raster, Device *device, const DeviceSc
                         log));
     raster->ready = whole && chunks == triangles->chunk_count;
     TRY(device_launch(
-        device, &raster->bins, (size_t)raster->columns * wave_rows * wave->sample_count, wave_rays(wave),
-        "raster camera visibility",
+        device, &raster->bins, (size_t)bin_count * wave->sample_count, wave_rays(wave), "raster camera visibility",
         ARGS(ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count),
              ARG(wave->first_sample), ARG(wave->sample_count), ARG(raster->columns), ARG(first_row), ARG(rows),
-             ARG(wave_row), ARG(wave_rows), ARG_BUFFER(triangles->blocks), ARG(chunks), BIN_ARGS(&raster->binned),
+             ARG(first_bin), ARG(bin_count), ARG_BUFFER(triangles->blocks), ARG(chunks), BIN_ARGS(&raster->binned),
              ARG(begin), ARG(info->near_m), ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids),
              ARG_BUFFER(raster->costs), ATTRIBUTE_ARGS(scene)),
         log));
@@ -181,7 +194,7 @@ Status raster_visibility(RasterVisibility *raster, Device *device, const DeviceS
   Status status = STATUS_OK;
   if (raster->way == RASTER_WAY_DIRECT)
     return direct_draw(raster, device, scene, triangles, camera, wave, hits, capacity, log);
-  uint32_t row_tiles = camera->info.tiles_per_row * TILES_PER_BIN;
+  uint32_t row_tiles = camera->info.tiles_per_row * BIN_TILES;
   uint32_t end = divide_up(wave->first_tile + wave->tile_count, row_tiles);
   for (uint32_t row = wave->first_tile / row_tiles; row < end; row += raster->pass_rows)
     TRY(bins_draw(raster, device, scene, triangles, camera, wave, row, smaller(raster->pass_rows, end - row), hits,

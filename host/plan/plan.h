@@ -9,7 +9,7 @@
 
 typedef enum LightingModel { LIGHTING_PBR, LIGHTING_PHONG } LightingModel;
 
-// How a light's shadows are found; shared/shadow.h and cl/shade/shadow_filter.cl have the errors of each.
+// How a light's shadows are found; shared/shadow.h and cl/lib/shadow_lookup.cl have the errors of each.
 typedef enum ShadowMethod {
   SHADOWS_NONE,    // light arrives unblocked
   SHADOWS_MAP,     // the nearest texel of a shadow map

@@ -208,6 +208,7 @@ static ShadeInfo shade_info(const Frame *frame, const Wave *wave, uint32_t depth
       .tile_count = wave->tile_count,
       .first_sample = wave->first_sample,
       .tiles_per_row = camera->tiles_per_row,
+      .tile_rows = (camera->height + TILE_SIZE - 1) / TILE_SIZE,
       .crop_x = camera->crop_x,
       .crop_y = camera->crop_y,
       .light_radius_m = plan->shadow_options.light_radius_m,
@@ -315,8 +316,8 @@ static Status bounce_render(Frame *frame, const Wave *wave, const Bounce *bounce
   RayStream *reflected, *transmitted;
   TRY(stream_take(&reflected, frame, info.reflect, log));
   TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
-  ShadeStreams streams = {bounce->rays, &frame->hits, &frame->shadow, reflected, transmitted, &frame->radiance,
-                          &frame->shadow_maps};
+  ShadeStreams streams = {bounce->rays, &frame->hits,     &frame->shadow,     reflected,
+                          transmitted,  &frame->radiance, &frame->shadow_maps};
   if (bounce->first && request->plan.primary == PRIMARY_RASTER)
     TRY(raster_visibility(&frame->raster, device, frame->scene, &frame->raster_scene, &frame->camera, wave,
                           &frame->hits, frame->capacity, log));
@@ -387,8 +388,9 @@ Status frame_render(Frame *frame, Log *log)
   const FrameRequest *request = &frame->request;
   uint32_t tiles = tiles_of(&request->area), samples = request->samples;
   uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
-  uint32_t bin_row = frame->camera.info.tiles_per_row * (RASTER_BIN_PX / TILE_SIZE);
-  if (wave_tiles > bin_row && wave_tiles < tiles) wave_tiles -= wave_tiles % bin_row;  // no bin in two waves
+  uint32_t bin_row = frame->camera.info.tiles_per_row * BIN_TILES,
+           whole = wave_tiles > bin_row ? bin_row : BIN_TILES * BIN_TILES;
+  if (wave_tiles > whole && wave_tiles < tiles) wave_tiles -= wave_tiles % whole;  // few bins in two waves
   uint32_t wave_samples = smaller(samples, frame->capacity / (wave_tiles * TILE_PIXELS));
   double total = (double)tiles * samples, done_work = 0, queued = 0;
   for (uint32_t sample = 0; sample < samples; sample += wave_samples) {

@@ -139,6 +139,18 @@ static double maps_differ(const float *theirs, const float *blocks, uint32_t siz
   return (double)differ / size / size;
 }
 
+// Column and row of a tile: cl/lib/tile.cl.
+static void tile_place(uint32_t *x, uint32_t *y, uint32_t tile, const CameraInfo *camera)
+{
+  uint32_t rows = (camera->height + TILE_SIZE - 1) / TILE_SIZE, row_tiles = camera->tiles_per_row * BIN_TILES;
+  uint32_t row = tile / row_tiles, left = rows - row * BIN_TILES, height = left < BIN_TILES ? left : BIN_TILES;
+  uint32_t column = tile % row_tiles / (BIN_TILES * height), within = tile % row_tiles % (BIN_TILES * height);
+  left = camera->tiles_per_row - column * BIN_TILES;
+  uint32_t width = left < BIN_TILES ? left : BIN_TILES;
+  *x = column * BIN_TILES + within % width;
+  *y = row * BIN_TILES + within / width;
+}
+
 static double stage_differ(Bench *bench, Stage stage, float *ours, float *theirs, double *covered_share)
 {
   static uint32_t ids[PIXELS], our_ids[PIXELS];
@@ -167,9 +179,10 @@ static double stage_differ(Bench *bench, Stage stage, float *ours, float *theirs
       buffer_read(device, &bench->hits.ids, our_ids, sizeof our_ids, log_of(bench)))
     stop("hits");
   for (uint32_t slot = 0; slot < PIXELS; slot++) {
-    uint32_t tile = slot / TILE_PIXELS, row = bench->camera.info.tiles_per_row, within = slot % TILE_PIXELS;
-    uint32_t x = tile % row * TILE_SIZE + within / 16 % 2 * 4 + within % 4;
-    uint32_t y = tile / row * TILE_SIZE + within / 32 * 4 + within % 16 / 4, pixel = y * WIDTH + x;
+    uint32_t within = slot % TILE_PIXELS, tile_x, tile_y;
+    tile_place(&tile_x, &tile_y, slot / TILE_PIXELS, &bench->camera.info);
+    uint32_t x = tile_x * TILE_SIZE + within / 16 % 2 * 4 + within % 4;
+    uint32_t y = tile_y * TILE_SIZE + within / 32 * 4 + within % 16 / 4, pixel = y * WIDTH + x;
     double depth = our_ids[slot] == HIT_NONE ? 1 : 1 - bench->camera.info.near_m / (double)ours[slot];
     covered += our_ids[slot] != HIT_NONE;
     // The same triangle, or, where one is smaller than a snap tells apart, the same depth.

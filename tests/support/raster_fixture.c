@@ -103,6 +103,22 @@ void raster_hits_free(RasterHits *hits)
   *hits = (RasterHits){0};
 }
 
+void raster_slot_pixel(uint32_t *x, uint32_t *y, uint32_t slot, uint32_t width, uint32_t height)
+{
+  uint32_t columns = (width + TILE_SIZE - 1) / TILE_SIZE, rows = (height + TILE_SIZE - 1) / TILE_SIZE;
+  uint32_t tile = slot / TILE_PIXELS, block = slot % TILE_PIXELS / 16, number = 0;
+  for (uint32_t bin_y = 0; bin_y < rows; bin_y += BIN_TILES)
+    for (uint32_t bin_x = 0; bin_x < columns; bin_x += BIN_TILES)
+      for (uint32_t tile_y = bin_y; tile_y < bin_y + BIN_TILES && tile_y < rows; tile_y++)
+        for (uint32_t tile_x = bin_x; tile_x < bin_x + BIN_TILES && tile_x < columns; tile_x++) {
+          if (number++ != tile) continue;
+          *x = tile_x * TILE_SIZE + block % 2 * 4 + slot % 4;
+          *y = tile_y * TILE_SIZE + block / 2 * 4 + slot % 16 / 4;
+          return;
+        }
+  fail_msg("slot %u is not in the picture", slot);
+}
+
 // A shot in progress: the camera on the device, and streams for a wave.
 typedef struct Shooting {
   CameraRays camera;

@@ -58,6 +58,9 @@ RasterHits raster_hits(RasterFixture *fixture, const RasterShot *shot, RasterVar
 void raster_hits_free(RasterHits *hits);
 
 // Slots that hit something.
+// Pixel of a slot of the whole picture's first sample: the order of shared/stream.h, by counting.
+void raster_slot_pixel(uint32_t *x, uint32_t *y, uint32_t slot, uint32_t width, uint32_t height);
+
 uint32_t raster_hits_count(const RasterHits *hits);
 
 // Slots that differ in a bit; prints the first few.
