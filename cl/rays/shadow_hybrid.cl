@@ -37,7 +37,8 @@ typedef struct TexelLook {
   FloatL closeness, slack;
 } TexelLook;
 
-static inline TexelLook texels_look(global const ShadowInfo *info, global const ShadowView *views, Vec3L origin, IntL active)
+static inline TexelLook texels_look(global const ShadowInfo *info, global const ShadowView *views, Vec3L origin,
+                                    IntL active)
 {
   TexelLook look;
   UintL chosen = shadow_view_choose(info, views, origin);
@@ -98,9 +99,10 @@ static inline IntL named_walk(Packet *p, IntL group, uint kz, const TexelLook *l
   return blended;
 }
 
-kernel void shadow_hybrid(global const ShadowInfo *info, global const ShadowView *views, global const ShadowBlock *texels,
-                          global const BvhTriangle *triangles, global const float *rays, uint capacity, uint ray_count,
-                          uint segment, global const uint *slots, global float4 *radiance, global float *unsure_rays,
+kernel void shadow_hybrid(global const ShadowInfo *info, global const ShadowView *views,
+                          global const ShadowBlock *texels, global const BvhTriangle *triangles,
+                          global const float *rays, uint capacity, uint ray_count, uint segment,
+                          global const uint *slots, global float4 *radiance, global float *unsure_rays,
                           global uint *unsure_slots, global uint *unsure_count, global const TriangleCorners *corners,
                           global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
                           global const MaterialInfo *materials, global const TextureInfo *textures,

@@ -38,8 +38,8 @@ enum HitField {
 
 // A wave is a range of 8 x 8 pixel tiles times a range of samples. Slots run tile by tile, then sample by sample; in a
 // tile, 4 x 4 blocks of pixels follow each other, so that 16 neighbouring slots are a compact block on screen. The
-// picture's tiles are numbered by bins of BIN_TILES x BIN_TILES, bins and tiles within them row by row; bins at its right
-// and lower edge hold fewer.
+// picture's tiles are numbered by bins of BIN_TILES x BIN_TILES, bins and tiles within them row by row; bins at its
+// right and lower edge hold fewer.
 #define TILE_SIZE 8
 #define TILE_PIXELS 64
 #define BIN_TILES 8

@@ -53,10 +53,9 @@ static bool is_pattern(size_t bytes) { return bytes <= 128 && (bytes & (bytes - 
 Status buffer_write(Device *device, DeviceBuffer *buffer, const void *from, size_t bytes, Log *log)
 {
   if (bytes == 0) return STATUS_OK;
-  cl_int error =
-      is_pattern(bytes)
-          ? clEnqueueFillBuffer(device->queue, buffer->memory, from, bytes, 0, bytes, 0, NULL, NULL)
-          : clEnqueueWriteBuffer(device->queue, buffer->memory, CL_TRUE, 0, bytes, from, 0, NULL, NULL);
+  cl_int error = is_pattern(bytes)
+                     ? clEnqueueFillBuffer(device->queue, buffer->memory, from, bytes, 0, bytes, 0, NULL, NULL)
+                     : clEnqueueWriteBuffer(device->queue, buffer->memory, CL_TRUE, 0, bytes, from, 0, NULL, NULL);
   return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "a transfer to it", error);
 }
 

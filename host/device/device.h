@@ -64,7 +64,8 @@ Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log);
 // Sets every 32-bit word of the buffer. Errors: STATUS_DEVICE.
 Status buffer_fill_words(Device *device, DeviceBuffer *buffer, uint32_t word, Log *log);
 // Words [first, first + count) alone.
-Status buffer_fill_part(Device *device, const DeviceBuffer *buffer, size_t first, size_t count, uint32_t word, Log *log);
+Status buffer_fill_part(Device *device, const DeviceBuffer *buffer, size_t first, size_t count, uint32_t word,
+                        Log *log);
 
 // Waits for all launches before it, then copies `bytes` from the start of the buffer.
 Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log);

@@ -15,8 +15,8 @@ typedef struct ShadowMaps {
   DeviceBuffer maps;   // float, of all lights (shared/depth_map.h)
 } ShadowMaps;
 
-// Fits and draws the maps of every light; without any where the plan's shadows take none. Lights for whose maps there is
-// no room any more are left out, with a warning that says how many. Errors: those of raster_depth and buffer_create.
+// Fits and draws the maps of every light; without any where the plan's shadows take none. Lights for whose maps there
+// is no room any more are left out, with a warning that says how many. Errors: those of raster_depth and buffer_create.
 Status shadow_maps_make(ShadowMaps *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                         const Plan *plan, const CameraInfo *camera, Log *log);
 void shadow_maps_free(ShadowMaps *maps);
