@@ -298,6 +298,25 @@ static void help_and_cameras_need_no_output(void **state)
   assert_string_equal(log.error, "a.glb: no output: add -o picture.png");
 }
 
+static void reflection_options_are_checked(void **state)
+{
+  static const char *const words[] = {"none", "environment", "cube", "box", "impostor", "rays"};
+  char text[128];
+  for (int i = 0; i < 6; i++) {
+    snprintf(text, sizeof text, "--reflections %s --deep-reflections %s --cube-size 256", words[i], words[5 - i]);
+    RenderOptions o = parsed(text);
+    assert_string_equal(reflections_name(o.settings.reflections), words[i]);
+    assert_string_equal(reflections_name(o.settings.deep_reflections), words[5 - i]);
+    assert_int_equal(o.settings.cubes.size_px, 256);
+  }
+  assert_int_equal(parsed("--cube-size auto").settings.cubes.size_px, 0);
+  assert_int_equal(parsed("-n 1").settings.deep_reflections, REFLECTIONS_LIKE_FIRST);
+  refused("--reflections sphere", "--reflections sphere: no such value");
+  refused("--deep-reflections like-first", "--deep-reflections like-first: no such value");
+  refused("--cube-size 12", "--cube-size 12: not valid: expected a multiple of 8");
+  refused("--cube-size 4096", "--cube-size 4096: not valid: expected a whole number from 8 to 2048");
+}
+
 // Every option is in the help, each line fits a terminal, and words that an option takes are named there.
 static void the_help_tells_all(void **state)
 {
@@ -325,6 +344,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(shadow_options_are_checked),
+      cmocka_unit_test(reflection_options_are_checked),
       cmocka_unit_test(defaults_are_those_of_the_help),
       cmocka_unit_test(each_option_sets_its_own_field),
       cmocka_unit_test(the_environment_is_a_file_a_colour_or_a_word),

@@ -90,9 +90,32 @@ static void what_the_scene_lacks_is_left_out(void **state)
   assert_true(!plan_make(&settings, &all).reflected_rays && plan_make(&settings, &all).max_roughness == 0);
 }
 
+// Deeper bounces go by the first's method unless told otherwise; with none of them one bounce is all.
+static void deeper_bounces_have_a_method_of_their_own(void **state)
+{
+  RenderSettings settings = settings_of(SAMPLED_FROM);
+  settings.reflections = REFLECTIONS_CUBE;
+  Plan plan = plan_make(&settings, &all);
+  assert_true(plan.reflections == REFLECTIONS_CUBE && plan.deep_reflections == REFLECTIONS_CUBE);
+  assert_true(plan.max_depth == 8 && plan.max_roughness == 0 && plan_uses_cubes(&plan));
+  settings.deep_reflections = REFLECTIONS_RAYS;
+  plan = plan_make(&settings, &all);
+  assert_int_equal(plan_reflections(&plan, 1), REFLECTIONS_CUBE);
+  assert_int_equal(plan_reflections(&plan, 2), REFLECTIONS_RAYS);
+  settings.reflections = REFLECTIONS_RAYS;
+  settings.deep_reflections = REFLECTIONS_NONE;
+  plan = plan_make(&settings, &all);
+  assert_true(plan.max_depth == 1 && plan.max_roughness == 1 && !plan_uses_cubes(&plan));
+  SceneFacts matt = {.least_roughness = 1};
+  settings.reflections = settings.deep_reflections = REFLECTIONS_IMPOSTOR;
+  plan = plan_make(&settings, &matt);
+  assert_true(plan.reflections == REFLECTIONS_NONE && !plan_uses_cubes(&plan));
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(deeper_bounces_have_a_method_of_their_own),
       cmocka_unit_test(few_samples_get_no_noise),
       cmocka_unit_test(many_samples_get_the_right_picture),
       cmocka_unit_test(who_asks_for_exact_methods_gets_them_at_any_number_of_samples),

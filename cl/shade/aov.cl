@@ -10,24 +10,11 @@
 //
 //   Cost  a surface load a sample, 52 bytes written a pixel.
 
+#include "lib/object.cl"
 #include "lib/ray_stream.cl"
 #include "lib/surface.cl"
 #include "lib/tile.cl"
 #include "shared/aov.h"
-
-// Object whose triangles [starts[o], starts[o + 1]) hold `id`.
-static inline uint object_of_triangle(global const uint *starts, uint object_count, uint id)
-{
-  uint low = 0, high = object_count;
-  while (high - low > 1) {
-    uint middle = (low + high) / 2;
-    if (starts[middle] <= id)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
-}
 
 static inline void plane_add3(global float *values, uint plane, uint pixels, uint at, Vec3L v, uint lane, uint fresh)
 {

@@ -347,8 +347,10 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
       Vec3L mirrored = mirror3(to_eye, s.normal);
       mirrored = select3(dot3(mirrored, s.geometric) > zero, mirrored, mirror3(to_eye, s.geometric));
       IntL spawned = lit & s.reflectance.mirror & (max_component3(onward) > FLOATL(shade->min_weight));
-      stream_append_path(spawned, origin, mirrored, FLOATL(INFINITY), onward, slot, STREAMS_HAVE_DENSITY,
-                         FLOATL(INFINITY), reflected_rays, capacity, reflected_slots, &counts[STREAM_COUNT_REFLECTED]);
+      FloatL source = shade->receivers ? LANE_AS_FLOAT(id | UINTL(RAY_FROM_MIRROR)) : FLOATL(INFINITY);
+      stream_append_path(spawned, origin, mirrored, FLOATL(INFINITY), onward, slot,
+                         STREAMS_HAVE_DENSITY || shade->receivers, source, reflected_rays, capacity, reflected_slots,
+                         &counts[STREAM_COUNT_REFLECTED]);
     }
     SampledSurface sampled = {
         .surface = &s, .lit = lit, .reflects = INTL(0), .origin = origin, .weight = weight, .slot = slot};

@@ -45,11 +45,12 @@ typedef struct ShadeInfo {
   uint environment_open;                      // counted from there
   uint environment_table;                     // 1: directions are also chosen by the image
   uint random_key;                            // of seed and path
+  uint receivers;                             // 1: rays that mirrors reflect say where from (RAY_FROM_MIRROR)
   uint first_tile, tile_count, first_sample;  // of the wave
   uint tiles_per_row, tile_rows;              // of the picture
   uint crop_x, crop_y;                        // as in CameraInfo
   float light_radius_m, light_sine;  // with HAS_AREA_LIGHTS: of spheres; of what directional ones subtend, halved
-  uint padding[2];                   // to a power of two: buffer_write then does not wait
+  uint padding;                      // to a power of two: buffer_write then does not wait
 } ShadeInfo;
 SHARED_SIZE(ShadeInfo, 128);
 

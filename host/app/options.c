@@ -69,6 +69,26 @@ done:
   return status;
 }
 
+static Status read_reflections(void *field, const Option *option, const char *text, Log *log)
+{
+  int index = 0;
+  Status status = option_read_word(&index, option, text, log);
+  if (!status) *(ReflectionMethod *)field = (ReflectionMethod)(REFLECTIONS_NONE + index);
+  return status;
+}
+
+static Status read_cube_size(void *field, const Option *option, const char *text, Log *log)
+{
+  Status status = STATUS_OK;
+  uint32_t size = 0;
+  if (strcmp(text, "auto") != 0) TRY(option_read_u32(&size, option, text, log));
+  if (size % 8) return option_fail(log, option, text, "a multiple of 8");
+  *(uint32_t *)field = size;
+
+done:
+  return status;
+}
+
 static Status read_kernel(void *field, const Option *option, const char *text, Log *log)
 {
   Status status = STATUS_OK;
@@ -117,6 +137,7 @@ static Status read_exposure(void *field, const Option *option, const char *text,
 }
 
 #define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
+#define REFLECTIONS WORDS("none", "environment", "cube", "box", "impostor", "rays")
 #define FIELD(name) .field = offsetof(RenderOptions, name)
 
 static const Option render_options[] = {
@@ -183,8 +204,12 @@ static const Option render_options[] = {
      .help = "of point and spot lights in metres, for pcss and area (0)"},
     {"light-angle", 0, "DEGREES", option_read_radians, FIELD(settings.shadow_options.light_angle_rad), .high = 45,
      .help = "half of what a directional light subtends, for pcss and\narea (0; the sun has 0.27)"},
-    {"reflections", 0, "METHOD", option_read_word, FIELD(settings.reflections), .words = WORDS("none", "rays"),
-     .help = "none or rays (rays)"},
+    {"reflections", 0, "METHOD", read_reflections, FIELD(settings.reflections), .words = REFLECTIONS,
+     .help = "what mirrors show: none, environment, cube, box, impostor, or\nrays (rays)"},
+    {"deep-reflections", 0, "METHOD", read_reflections, FIELD(settings.deep_reflections), .words = REFLECTIONS,
+     .help = "what mirrors in mirrors show: none, environment, cube, box,\nimpostor, or rays (as --reflections)"},
+    {"cube-size", 0, "N", read_cube_size, FIELD(settings.cubes.size_px), .low = 8, .high = 2048,
+     .help = "texels a side of cube maps, or auto: as pixels of the\nreflector (auto)"},
     {"environment-light", 0, "METHOD", option_read_word, FIELD(settings.environment_light),
      .words = WORDS("auto", "none", "ambient", "sh", "sh-ao", "sampled"),
      .help =

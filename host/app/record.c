@@ -62,6 +62,14 @@ static void shadows_record(FILE *stream, const Plan *plan)
             options->light_angle_rad * 180 / M_PI);
 }
 
+// What is not as it would be without it.
+static void reflections_record(FILE *stream, const RenderSettings *settings)
+{
+  if (settings->deep_reflections != REFLECTIONS_LIKE_FIRST && settings->deep_reflections != settings->reflections)
+    fprintf(stream, " --deep-reflections %s", reflections_name(settings->deep_reflections));
+  if (settings->cubes.size_px) fprintf(stream, " --cube-size %u", settings->cubes.size_px);
+}
+
 Status record_make(char **out, const RenderOptions *options, const Plan *plan, const Camera *camera, float exposure_ev,
                    const DeviceInfo *device, Log *log)
 {
@@ -87,9 +95,9 @@ Status record_make(char **out, const RenderOptions *options, const Plan *plan, c
   else
     fputs(" --lighting pbr", stream);
   fprintf(stream, " --primary %s --shadows %s --reflections %s --environment-light %s --max-depth %u",
-          primary_name(settings->primary), shadow_names[settings->shadows],
-          settings->reflections == REFLECTIONS_RAYS ? "rays" : "none", environment_light_names[plan->environment_light],
-          settings->max_depth);
+          primary_name(settings->primary), shadow_names[settings->shadows], reflections_name(settings->reflections),
+          environment_light_names[plan->environment_light], settings->max_depth);
+  reflections_record(stream, settings);
   shadows_record(stream, plan);
   fprintf(stream, " --max-roughness %g --seed %u", (double)plan->max_roughness, options->seed);
   fprintf(stream, "; on %s, %s, driver %s", device->name, device->platform, device->driver);
@@ -121,6 +129,17 @@ static json_t *shadow_maps_json(const Plan *plan, const Frame *frame)
   return out;
 }
 
+// Cube maps, and how many reflected rays maps were asked for and left to be traced.
+static json_t *reflection_maps_json(const Frame *frame)
+{
+  const ReflectorSummary *reflectors = &frame->reflectors;
+  const CubeReflect *maps = &frame->cube_reflect;
+  return json_pack("{s:i, s:i, s:i, s:[i,i], s:I, s:I, s:I}", "cubes", (int)maps->cube_count, "reflectors",
+                   (int)reflectors->visible, "left_out", (int)reflectors->left_out, "size", (int)reflectors->least_px,
+                   (int)reflectors->greatest_px, "bytes", (json_int_t)reflectors->bytes, "rays",
+                   (json_int_t)maps->looked_up, "traced", (json_int_t)maps->left);
+}
+
 json_t *record_stats(const RecordSources *sources)
 {
   const RenderOptions *options = sources->options;
@@ -140,12 +159,12 @@ json_t *record_stats(const RecordSources *sources)
       json_pack("{s:I, s:I, s:I, s:I}", "triangles", (json_int_t)scene->triangle_count, "objects",
                 (json_int_t)scene->object_count, "materials", (json_int_t)scene->material_count, "lights",
                 (json_int_t)scene->light_count),
-      json_pack("{s:s, s:s, s:{s:f, s:f}, s:s, s:s, s:i, s:f, s:s}", "lighting",
+      json_pack("{s:s, s:s, s:{s:f, s:f}, s:s, s:s, s:s, s:i, s:f, s:s}", "lighting",
                 plan->lighting == LIGHTING_PHONG ? "phong" : "pbr", "primary", primary_name(plan->primary),
                 "primary_ms", "raster", plan->primary_cost.raster_ms, "rays", plan->primary_cost.rays_ms, "shadows",
-                shadow_names[plan->shadows], "reflections", plan->reflected_rays ? "rays" : "none", "max_depth",
-                (int)plan->max_depth, "max_roughness", (double)plan->max_roughness, "environment_light",
-                environment_light_names[plan->environment_light]),
+                shadow_names[plan->shadows], "reflections", reflections_name(plan->reflections), "deep_reflections",
+                reflections_name(plan->deep_reflections), "max_depth", (int)plan->max_depth, "max_roughness",
+                (double)plan->max_roughness, "environment_light", environment_light_names[plan->environment_light]),
       profile_json(sources->timeline),
       json_real(sources->total_ms),
   };
@@ -159,6 +178,8 @@ json_t *record_stats(const RecordSources *sources)
                                             "samples_covered", (json_int_t)sources->raster->samples_covered)) != 0;
   if (plan_uses_shadow_maps(plan))
     failed |= json_object_set_new(stats, "shadow_maps", shadow_maps_json(plan, sources->frame)) != 0;
+  if (reflections_use_maps(plan->reflections) || reflections_use_maps(plan->deep_reflections))
+    failed |= json_object_set_new(stats, "reflection_maps", reflection_maps_json(sources->frame)) != 0;
   if (!failed) return stats;
   json_decref(stats);
   return NULL;

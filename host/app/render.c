@@ -257,7 +257,10 @@ static Status picture_render(Job *job)
   TRY(frame_prepare(job));
   log_debug(job->log, "%s: %u triangles, %u objects, %u lights; shadows %s, reflections %s", options->scene_path,
             job->device_scene.triangle_count, job->device_scene.object_count, job->device_scene.light_count,
-            job->plan.shadow_rays ? "by rays" : "not needed", job->plan.reflected_rays ? "by rays" : "not needed");
+            job->plan.shadow_rays ? "by rays" : "not needed",
+            !job->plan.reflected_rays                   ? "not needed"
+            : job->plan.reflections == REFLECTIONS_RAYS ? "by rays"
+                                                        : "by maps");
   begin_ms = clock_ms();
   TRY(frame_render(&job->frame, job->log));
   timeline_end(&job->timeline, "render", begin_ms);

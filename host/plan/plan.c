@@ -13,10 +13,17 @@ static EnvironmentLightMethod environment_light_choose(const RenderSettings *set
   return samples_pay(settings) ? ENVIRONMENT_LIGHT_SAMPLED : ENVIRONMENT_LIGHT_SH;
 }
 
+const char *reflections_name(ReflectionMethod method)
+{
+  static const char *const names[] = {"like-first", "none", "environment", "cube", "box", "impostor", "rays"};
+  return names[method];
+}
+
 static float max_roughness_choose(const RenderSettings *settings, const SceneFacts *facts)
 {
   float most = settings->max_roughness;
   if (settings->lighting != LIGHTING_PBR) return 0;
+  if (most < 0 && reflections_use_maps(settings->reflections)) most = 0;
   if (most < 0) most = samples_pay(settings) || settings->environment_light == ENVIRONMENT_LIGHT_SAMPLED ? 1 : 0;
   return facts->least_roughness <= most ? most : 0;
 }
@@ -28,7 +35,12 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
   EnvironmentLightMethod environment_light = environment_light_choose(settings, facts);
   float max_roughness = max_roughness_choose(settings, facts);
   bool reflect =
-      settings->reflections == REFLECTIONS_RAYS && settings->max_depth > 0 && (facts->has_mirrors || max_roughness > 0);
+      settings->reflections > REFLECTIONS_NONE && settings->max_depth > 0 && (facts->has_mirrors || max_roughness > 0);
+  ReflectionMethod first = reflect ? settings->reflections : REFLECTIONS_NONE;
+  ReflectionMethod deep = settings->deep_reflections == REFLECTIONS_LIKE_FIRST ? first : settings->deep_reflections;
+  if (!reflect) deep = REFLECTIONS_NONE;
+  uint32_t depths = reflect ? settings->max_depth : 0;
+  if (deep == REFLECTIONS_NONE && depths > 1) depths = 1;
   return (Plan){
       .lighting = settings->lighting,
       .primary = primary_choose(settings->primary, &cost),
@@ -37,11 +49,14 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
       .shadows = facts->light_count > 0 ? settings->shadows : SHADOWS_NONE,
       .shadow_options = settings->shadow_options,
       .reflected_rays = reflect,
+      .reflections = first,
+      .deep_reflections = deep,
+      .cubes = settings->cubes,
       .lobes = environment_light == ENVIRONMENT_LIGHT_SAMPLED || (reflect && max_roughness > 0),
       .transmitted_rays = facts->has_blends,
       .environment_light = environment_light,
       .max_roughness = reflect ? max_roughness : 0,
-      .max_depth = reflect ? settings->max_depth : 0,
+      .max_depth = depths,
       .ambient = settings->ambient,
   };
 }

@@ -29,7 +29,37 @@ typedef struct ShadowOptions {
   uint64_t max_bytes;      // that maps of all lights may take; 0: a quarter of the device's memory, at most 2 GB
 } ShadowOptions;
 
-typedef enum ReflectionMethod { REFLECTIONS_NONE, REFLECTIONS_RAYS } ReflectionMethod;
+// What answers the rays that mirrors reflect; cl/capture/cube_reflect.cl has the errors of each. What a method says
+// itself that it cannot tell is traced, as are rays of rough surfaces.
+typedef enum ReflectionMethod {
+  REFLECTIONS_LIKE_FIRST,   // of deeper bounces: the method of the first
+  REFLECTIONS_NONE,         // mirrors stay dark
+  REFLECTIONS_ENVIRONMENT,  // the environment, as if the scene did not stand before it
+  REFLECTIONS_CUBE,         // a cube map about each visible reflector, as if infinitely far away
+  REFLECTIONS_BOX,          // the same as if on the walls of the scene's box
+  REFLECTIONS_IMPOSTOR,     // the same at the distances that the cube map keeps
+  REFLECTIONS_RAYS,
+} ReflectionMethod;
+
+static inline bool reflections_use_cubes(ReflectionMethod method)
+{
+  return method >= REFLECTIONS_CUBE && method <= REFLECTIONS_IMPOSTOR;
+}
+
+// Are there maps that answer reflected rays?
+static inline bool reflections_use_maps(ReflectionMethod method)
+{
+  return method >= REFLECTIONS_ENVIRONMENT && method <= REFLECTIONS_IMPOSTOR;
+}
+
+// "none", "environment", ...
+const char *reflections_name(ReflectionMethod method);
+
+// Details of cube maps.
+typedef struct CubeOptions {
+  uint32_t size_px;    // texels a side of a face, a multiple of 8; 0: by what the reflector shows on screen
+  uint64_t max_bytes;  // that all of them may take; 0: a quarter of the device's memory, at most 512 MB
+} CubeOptions;
 
 // Who chooses a method that is not named: the plan, or it is always the most accurate one.
 typedef enum MethodsChoice { METHODS_AUTO, METHODS_EXACT } MethodsChoice;
@@ -65,12 +95,14 @@ typedef struct RenderSettings {
   PrimaryMethod primary;
   ShadowMethod shadows;
   ShadowOptions shadow_options;
-  ReflectionMethod reflections;
+  ReflectionMethod reflections;       // LIKE_FIRST: NONE
+  ReflectionMethod deep_reflections;  // of bounces after the first
+  CubeOptions cubes;
   MethodsChoice methods;
   EnvironmentLightMethod environment_light;
   uint32_t max_depth;  // reflected bounces
   // Surfaces up to it reflect, rougher ones see lights and the environment alone; pbr. MAX_ROUGHNESS_AUTO: 1 where the
-  // environment's light is sampled or from SAMPLED_FROM samples on, else 0.
+  // environment's light is sampled or from SAMPLED_FROM samples on, else 0; 0 too where maps answer reflected rays.
   float max_roughness;
   float ambient;  // phong
 } RenderSettings;
@@ -94,7 +126,9 @@ typedef struct Plan {
   bool shadow_rays;      // a light is there and shadows are asked for
   ShadowMethod shadows;  // SHADOWS_NONE without shadow rays
   ShadowOptions shadow_options;
-  bool reflected_rays;    // something that reflects is there and reflections are asked for
+  bool reflected_rays;                             // something that reflects is there and reflections are asked for
+  ReflectionMethod reflections, deep_reflections;  // both NONE without reflected rays; never LIKE_FIRST
+  CubeOptions cubes;
   bool lobes;             // surfaces send samples along their lobes: rough reflections, or sampled environment light
   bool transmitted_rays;  // a BLEND surface is there
   EnvironmentLightMethod environment_light;  // never AUTO
@@ -106,6 +140,18 @@ typedef struct Plan {
 static inline bool plan_uses_shadow_maps(const Plan *plan)
 {
   return plan->shadows >= SHADOWS_MAP && plan->shadows <= SHADOWS_HYBRID;
+}
+
+// Does a bounce ask cube maps?
+static inline bool plan_uses_cubes(const Plan *plan)
+{
+  return reflections_use_cubes(plan->reflections) || reflections_use_cubes(plan->deep_reflections);
+}
+
+// What answers rays that have been reflected `depth` times, 1 being the first.
+static inline ReflectionMethod plan_reflections(const Plan *plan, uint32_t depth)
+{
+  return depth > 1 ? plan->deep_reflections : plan->reflections;
 }
 
 Plan plan_make(const RenderSettings *settings, const SceneFacts *facts);

@@ -3,6 +3,8 @@
 
 #include "device_scene/device_scene.h"
 #include "passes/camera_rays.h"
+#include "passes/cube_capture.h"
+#include "passes/cube_reflect.h"
 #include "passes/film.h"
 #include "passes/raster_visibility.h"
 #include "passes/shade.h"
@@ -37,6 +39,14 @@ typedef struct FrameRequest {
 // Streams that can wait at once: two, save where surfaces behind each other both reflect and let through.
 enum { FRAME_STREAMS = 64 };
 
+// Which reflectors have cube maps.
+typedef struct ReflectorSummary {
+  uint32_t visible;                // to the camera
+  uint32_t left_out;               // of these, without a map
+  uint32_t least_px, greatest_px;  // sizes of the maps
+  uint64_t bytes;
+} ReflectorSummary;
+
 // Device resources of a frame. Buffers grow with the wave (device_traits()->wave_rays), not with the picture, save 32
 // bytes a pixel for the picture itself.
 typedef struct Frame {
@@ -48,6 +58,10 @@ typedef struct Frame {
   RasterVisibility raster;   // with PRIMARY_RASTER
   ShadowMaps shadow_maps;    // where the plan's shadows use them, as `shadow_hybrid`
   ShadowHybrid shadow_hybrid;
+  CubeReflect cube_reflect;  // where maps answer reflected rays
+  CubeCapture cube_capture;  // while cube maps are drawn
+  bool capturing;            // a wave is one of a cube map's faces, without AOVs
+  ReflectorSummary reflectors;
   Tracer tracer;
   Shader shader;
   Film film;
@@ -68,3 +82,6 @@ void frame_free(Frame *frame);
 
 // Renders all waves; the sums are then in frame->film. Errors: STATUS_DEVICE.
 Status frame_render(Frame *frame, Log *log);
+
+// Renders one wave into the radiance by slot: of the camera, or of the cube map that is captured.
+Status frame_render_wave(Frame *frame, const Wave *wave, Log *log);

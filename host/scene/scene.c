@@ -82,13 +82,26 @@ static void box_add(Vec3 *low, Vec3 *high, const Primitive *primitive, const Mat
     }
 }
 
+bool scene_object_bounds(const Scene *scene, uint32_t object, Vec3 *low_world, Vec3 *high_world)
+{
+  Vec3 low = vec3(INFINITY, INFINITY, INFINITY), high = vec3_neg(low);
+  const Mesh *mesh = &scene->meshes[scene->objects[object].mesh];
+  for (uint32_t p = 0; p < mesh->primitive_count; p++)
+    box_add(&low, &high, &mesh->primitives[p], &scene->objects[object].world_from_object);
+  if (!(low.x <= high.x)) return false;
+  *low_world = low;
+  *high_world = high;
+  return true;
+}
+
 bool scene_bounds(const Scene *scene, Vec3 *low_world, Vec3 *high_world)
 {
   Vec3 low = vec3(INFINITY, INFINITY, INFINITY), high = vec3_neg(low);
   for (uint32_t o = 0; o < scene->object_count; o++) {
-    const Mesh *mesh = &scene->meshes[scene->objects[o].mesh];
-    for (uint32_t p = 0; p < mesh->primitive_count; p++)
-      box_add(&low, &high, &mesh->primitives[p], &scene->objects[o].world_from_object);
+    Vec3 object_low, object_high;
+    if (!scene_object_bounds(scene, o, &object_low, &object_high)) continue;
+    low = vec3_min(low, object_low);
+    high = vec3_max(high, object_high);
   }
   if (!(low.x <= high.x)) return false;
   *low_world = low;

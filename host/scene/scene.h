@@ -133,5 +133,8 @@ Material material_default(void);
 // Triangles drawn: the sum over objects.
 uint64_t scene_triangle_count(const Scene *scene);
 
+// Bounds of one object, world space; false (and an untouched box) for one that draws nothing.
+bool scene_object_bounds(const Scene *scene, uint32_t object, Vec3 *low_world, Vec3 *high_world);
+
 // Bounds of everything drawn, world space; false (and an untouched box) for a scene that draws nothing.
 bool scene_bounds(const Scene *scene, Vec3 *low_world, Vec3 *high_world);

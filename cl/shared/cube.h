@@ -1,0 +1,30 @@
+// Cube maps about reflectors. Written by host/render/reflectors.c, read by cl/capture.
+#ifndef SHARED_CUBE_H
+#define SHARED_CUBE_H
+
+#include "shared/types.h"
+
+// Faces +x, -x, +y, -y, +z, -z, each size x size texels of radiance and closeness: 1 / distance along the face's axis,
+// 0 where nothing was hit. That is linear over a face wherever it shows a plane. Along a face, columns run with the axis
+// after the face's own (y for x, z for y, x for z), rows with the one after that. The outermost texels' centres lie on
+// the cube's edges, so that faces that meet have the same texels there.
+#define CUBE_FACES 6
+
+typedef struct CubeInfo {
+  Float3 center;     // world space
+  Float3 low, high;  // box that the reflector's surroundings are taken to be, relative to the centre
+  uint size;         // texels a side, a multiple of 8
+  uint first_texel;  // of its faces among those of all cubes
+} CubeInfo;
+SHARED_SIZE(CubeInfo, 44);
+
+#define CUBE_TEXELS(size) (CUBE_FACES * (size) * (size))
+#define CUBE_NONE 0xffffffffu  // of an object: it has no cube
+
+// What answers reflected rays.
+#define REFLECT_BY_ENVIRONMENT 0u
+#define REFLECT_BY_CUBE 1u
+#define REFLECT_BY_BOX 2u
+#define REFLECT_BY_IMPOSTOR 3u
+
+#endif

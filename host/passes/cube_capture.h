@@ -1,0 +1,39 @@
+// Cube-face capture pass: cl/capture/cube_capture.cl.
+#pragma once
+
+#include "device_scene/device_scene.h"
+#include "passes/camera_rays.h"
+#include "passes/trace.h"
+#include "shared/cube.h"
+
+typedef struct CubeCapture {
+  Kernel rays, peel, keep;
+  DeviceBuffer info;       // CubeInfo of the cube that is captured
+  DeviceBuffer left_out;   // uint by object: 1 where it is passed
+  DeviceBuffer closeness;  // float by slot
+  DeviceBuffer count;      // of what is sent on
+  HitStream hits;          // of rays that passed something
+} CubeCapture;
+
+// For waves of up to `capacity` rays.
+Status cube_capture_make(CubeCapture *out, Device *device, const DeviceScene *scene, uint32_t capacity, Log *log);
+void cube_capture_free(CubeCapture *capture);
+
+// What the waves to come are of. `left_out` is 1 for each object that is passed, [object_count].
+Status cube_capture_aim(CubeCapture *capture, Device *device, const DeviceScene *scene, const CubeInfo *cube,
+                        const uint32_t *left_out, Log *log);
+
+// Rays of a wave of the tall picture of six faces, size / TILE_SIZE tiles a row.
+Status cube_capture_rays(const CubeCapture *capture, Device *device, const Wave *wave, const RayStream *stream,
+                         Log *log);
+
+// Nearest hits of `rays` (slots are the identity) on what is not left out. `spare` holds rays that went past something.
+// At most CUBE_LAYERS_MOST surfaces are passed; behind them is nothing.
+enum { CUBE_LAYERS_MOST = 64 };
+Status cube_capture_trace(const CubeCapture *capture, const Tracer *tracer, Device *device, const DeviceScene *scene,
+                          const RayStream *rays, uint32_t count, const HitStream *hits, const RayStream spare[2],
+                          Log *log);
+
+// Adds the wave's radiance, times `share`, to the cube's texels, and sets their closeness.
+Status cube_capture_keep(const CubeCapture *capture, Device *device, const Wave *wave, float share,
+                         const DeviceBuffer *radiance, const DeviceBuffer *texels, Log *log);

@@ -1,0 +1,28 @@
+// Reflected rays answered by maps: cl/capture/cube_reflect.cl.
+#pragma once
+
+#include "device_scene/device_scene.h"
+#include "passes/ray_stream.h"
+#include "plan/plan.h"
+#include "shared/cube.h"
+
+typedef struct CubeReflect {
+  Kernel kernel;
+  DeviceBuffer cubes;           // CubeInfo, [cube_count]
+  DeviceBuffer cube_of_object;  // uint, [object_count]; CUBE_NONE
+  DeviceBuffer texels;          // Float4 (shared/cube.h), of all cubes
+  DeviceBuffer count;
+  uint32_t cube_count;
+  uint64_t looked_up, left;  // rays so far: asked, and left to be traced
+} CubeReflect;
+
+// `cubes` and `cube_of_object` may be NULL where there are none. The texels are zero.
+Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
+                         uint32_t cube_count, const uint32_t *cube_of_object, Log *log);
+void cube_reflect_free(CubeReflect *reflect);
+
+// Adds to radiance[slot] what the method's map shows of rays [0, count) and copies the rays that it leaves to `left`,
+// whose number is *left_count. The method is one of those that use maps.
+Status cube_reflect(CubeReflect *reflect, Device *device, const DeviceScene *scene, ReflectionMethod method,
+                    const RayStream *rays, uint32_t count, const DeviceBuffer *radiance, const RayStream *left,
+                    uint32_t *left_count, Log *log);

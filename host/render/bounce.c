@@ -1,0 +1,277 @@
+#include "render/bounce.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "shared/stream.h"
+
+// Bounces whose rays still run side by side: camera rays and their mirror images.
+enum { COHERENT_BOUNCES = 2 };
+
+static const float least_weight = 1.0f / 255, least_transmitted = 1.0f / 65536;
+
+// Reach of ambient occlusion, as a share of the diagonal of the scene's bounds.
+static const double occlusion_reach = 0.1;
+
+Status stream_take(RayStream **out, Frame *frame, bool wanted, Log *log)
+{
+  *out = &frame->no_rays;
+  if (!wanted) return STATUS_OK;
+  uint32_t at = 0;
+  while (at < FRAME_STREAMS && frame->taken[at]) at++;
+  if (at == FRAME_STREAMS)
+    return log_fail(log, STATUS_TOO_LARGE,
+                    "frame: over %d streams of reflected rays wait behind BLEND surfaces: lower --max-depth",
+                    FRAME_STREAMS);
+  RayStream *stream = &frame->streams[at];
+  Status status =
+      stream->rays.memory ? STATUS_OK : ray_stream_make(stream, frame->device, frame->capacity, 1, "rays", log);
+  if (status) return status;
+  frame->taken[at] = true;
+  *out = stream;
+  return STATUS_OK;
+}
+
+static void stream_give_back(Frame *frame, const RayStream *stream)
+{
+  if (stream != &frame->no_rays) frame->taken[stream - frame->streams] = false;
+}
+
+// From Jarzynski, Olano, "Hash Functions for GPU Rendering", JCGT 2020 (pcg).
+static uint32_t hash_pcg(uint32_t x)
+{
+  uint32_t state = x * 747796405u + 2891336453u, word = ((state >> ((state >> 28) + 4)) ^ state) * 277803737u;
+  return word >> 22 ^ word;
+}
+
+Bounce bounce_first(const Frame *frame, const Wave *wave)
+{
+  return (Bounce){.count = wave_rays(wave), .first = true, .path = hash_pcg(frame->request.seed)};
+}
+
+static uint32_t environment_light_of(EnvironmentLightMethod method)
+{
+  switch (method) {
+    case ENVIRONMENT_LIGHT_AMBIENT: return ENVIRONMENT_BY_MEAN;
+    case ENVIRONMENT_LIGHT_SH: return ENVIRONMENT_BY_HARMONICS;
+    case ENVIRONMENT_LIGHT_SH_AO: return ENVIRONMENT_BY_OCCLUSION;
+    case ENVIRONMENT_LIGHT_SAMPLED: return ENVIRONMENT_BY_SAMPLES;
+    default: return ENVIRONMENT_BY_NOTHING;
+  }
+}
+
+// What answers rays that have been reflected `depth` times: RAYS where the map's method has no map here.
+static ReflectionMethod reflections_of(const Frame *frame, uint32_t depth)
+{
+  ReflectionMethod method = plan_reflections(&frame->request.plan, depth);
+  return reflections_use_cubes(method) && frame->cube_reflect.cube_count == 0 ? REFLECTIONS_RAYS : method;
+}
+
+static ShadeInfo shade_info(const Frame *frame, const Wave *wave, uint32_t depth, uint32_t path)
+{
+  const FrameRequest *request = &frame->request;
+  const Plan *plan = &request->plan;
+  const CameraInfo *camera = &frame->camera.info;
+  const uint32_t max_depth = plan->max_depth;
+  return (ShadeInfo){
+      .model = plan->lighting == LIGHTING_PHONG ? LIGHTING_MODEL_PHONG : LIGHTING_MODEL_PBR,
+      .first_batch = 1,
+      .cast_shadows = plan->shadow_rays,
+      .reflect = plan->reflected_rays &&
+                 depth<max_depth, .environment_light = environment_light_of(plan->environment_light),
+                       .ambient = plan->ambient, .min_weight = least_weight, .min_transmitted = least_transmitted,
+                       .primary = depth == 0, .flat_background = request->flat_background,
+                       .background = {request->background[0], request->background[1], request->background[2]},
+                       .max_roughness = plan->max_roughness,
+                       .occlusion_radius_m = (float)(occlusion_reach * frame->scene->extent_m),
+                       .environment_segment = frame->light_segments,
+                       .environment_open = frame->shader.environment_segments - 1,
+                       .environment_table = frame->shader.environment_table.bytes> 0,
+      .random_key = path,
+      .receivers = reflections_use_maps(reflections_of(frame, depth + 1)),
+      .first_tile = wave->first_tile,
+      .tile_count = wave->tile_count,
+      .first_sample = wave->first_sample,
+      .tiles_per_row = camera->tiles_per_row,
+      .tile_rows = (camera->height + TILE_SIZE - 1) / TILE_SIZE,
+      .crop_x = camera->crop_x,
+      .crop_y = camera->crop_y,
+      .light_radius_m = plan->shadow_options.light_radius_m,
+      .light_sine = (float)sin(plan->shadow_options.light_angle_rad),
+  };
+}
+
+// Sends the environment's light along the rays that a launch has spawned for it.
+static Status environment_trace(Frame *frame, const ShadeStreams *streams, const uint32_t counts[STREAM_COUNTS],
+                                Log *log)
+{
+  Status status = STATUS_OK;
+  bool occlusion = frame->request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO;
+  uint32_t segments = frame->shader.environment_segments;
+  for (uint32_t i = 0; i < segments; i++) {
+    bool open = i + 1 == segments && frame->shader.environment_open;
+    TRY((open ? trace_open : trace_any)(&frame->tracer, frame->device, frame->scene, streams->shadow,
+                                        frame->light_segments + i, counts[STREAM_COUNT_ENVIRONMENT + i],
+                                        streams->radiance, RAYS_INCOHERENT,
+                                        occlusion ? "trace ambient occlusion" : "trace environment light", log));
+  }
+
+done:
+  return status;
+}
+
+// Lets through what light `light` sends along the rays of segment `segment` past what stands in its way.
+static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_t light, uint32_t segment,
+                              uint32_t count, Coherence coherence, Log *log)
+{
+  if (count == 0) return STATUS_OK;
+  if (shadow_hybrid_has(&frame->shadow_hybrid, light))
+    return shadow_hybrid_trace(&frame->shadow_hybrid, &frame->tracer, frame->device, frame->scene, light,
+                               streams->shadow, segment, count, streams->radiance, coherence, log);
+  return trace_any(&frame->tracer, frame->device, frame->scene, streams->shadow, segment, count, streams->radiance,
+                   coherence, "trace shadow rays", log);
+}
+
+// Shades a bounce by batches of lights, tracing each light's shadow rays in the lights' order. counts: what was
+// spawned.
+static Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t count, const ShadeInfo *info,
+                           Coherence coherence, uint32_t counts[STREAM_COUNTS], Log *log)
+{
+  Status status = STATUS_OK;
+  ShadeInfo batch = *info;
+  uint32_t lights = frame->scene->light_count, spawned[STREAM_COUNTS];
+  do {
+    batch.light_count = lights - batch.first_light < LIGHTS_PER_LAUNCH ? lights - batch.first_light : LIGHTS_PER_LAUNCH;
+    TRY(shade(&frame->shader, frame->device, frame->scene, streams, count, &batch, spawned, "shade and spawn rays",
+              log));
+    for (uint32_t i = 0; i < batch.light_count; i++)
+      TRY(shadows_resolve(frame, streams, batch.first_light + i, i, spawned[i], coherence, log));
+    if (batch.first_batch) {
+      memcpy(counts, spawned, sizeof spawned);
+      TRY(environment_trace(frame, streams, counts, log));
+    }
+    batch.first_light += batch.light_count;
+    batch.first_batch = batch.reflect = 0;
+  } while (batch.first_light < lights);
+
+done:
+  return status;
+}
+
+Status radiance_accumulate(Frame *frame, const Wave *wave, const DeviceBuffer *sums, Log *log)
+{
+  return film_accumulate(&frame->film, frame->device, &frame->camera, wave, &frame->radiance, sums, log);
+}
+
+// Light of the first hits without lights, with them, and without their shadows, all of it without the environment's:
+// the shadow AOV is the quotient of the differences.
+static Status aov_shadow(Frame *frame, const ShadeStreams *streams, const Wave *wave, Log *log)
+{
+  Status status = STATUS_OK;
+  uint32_t unused[STREAM_COUNTS], rays = wave_rays(wave);
+  ShadeInfo info = shade_info(frame, wave, 0, 0), shadowed;
+  info.reflect = info.environment_light = info.environment_table = 0;
+  shadowed = info;
+  info.cast_shadows = 0;
+  TRY(buffer_zero(frame->device, &frame->radiance, log));
+  TRY(shade(&frame->shader, frame->device, frame->scene, streams, rays, &info, unused, "shade without lights", log));
+  TRY(radiance_accumulate(frame, wave, &frame->own_sums, log));
+  TRY(buffer_zero(frame->device, &frame->radiance, log));
+  TRY(bounce_shade(frame, streams, rays, &info, RAYS_COHERENT, unused, log));
+  TRY(radiance_accumulate(frame, wave, &frame->unshadowed_sums, log));
+  TRY(buffer_zero(frame->device, &frame->radiance, log));
+  TRY(bounce_shade(frame, streams, rays, &shadowed, RAYS_COHERENT, unused, log));
+  TRY(radiance_accumulate(frame, wave, &frame->lit_sums, log));
+  TRY(buffer_zero(frame->device, &frame->radiance, log));
+
+done:
+  return status;
+}
+
+// What the first rays of a wave hit: those of the camera, or of a cube map's faces.
+static Status first_hits_find(Frame *frame, const Wave *wave, const Bounce *bounce, Log *log)
+{
+  Status status = STATUS_OK;
+  Device *device = frame->device;
+  if (frame->capturing) {
+    RayStream *spare[2] = {&frame->no_rays, &frame->no_rays};
+    for (int i = 0; i < 2; i++) TRY(stream_take(&spare[i], frame, true, log));
+    TRY(cube_capture_trace(&frame->cube_capture, &frame->tracer, device, frame->scene, bounce->rays, bounce->count,
+                           &frame->hits, (RayStream[2]){*spare[0], *spare[1]}, log));
+    for (int i = 0; i < 2; i++) stream_give_back(frame, spare[i]);
+    return STATUS_OK;
+  }
+  if (frame->request.plan.primary == PRIMARY_RASTER)
+    return raster_visibility(&frame->raster, device, frame->scene, &frame->raster_scene, &frame->camera, wave,
+                             &frame->hits, frame->capacity, log);
+  return trace_closest(&frame->tracer, device, frame->scene, bounce->rays, bounce->count, frame->camera.info.near_m,
+                       &frame->hits, RAYS_COHERENT, "trace camera rays", log);
+
+done:
+  return status;
+}
+
+// Answers reflected rays by maps, as far as the method for their depth has any; what is left takes the bounce's place.
+static Status reflections_look_up(Frame *frame, Bounce *bounce, Log *log)
+{
+  Status status = STATUS_OK;
+  ReflectionMethod method = reflections_of(frame, bounce->depth);
+  RayStream *left;
+  if (!bounce->reflected || !reflections_use_maps(method)) return STATUS_OK;
+  TRY(stream_take(&left, frame, true, log));
+  TRY(cube_reflect(&frame->cube_reflect, frame->device, frame->scene, method, bounce->rays, bounce->count,
+                   &frame->radiance, left, &bounce->count, log));
+  stream_give_back(frame, bounce->rays);
+  bounce->rays = left;
+
+done:
+  return status;
+}
+
+Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounce waiting[FRAME_STREAMS],
+                     uint32_t *waiting_count, Log *log)
+{
+  Status status = STATUS_OK;
+  Device *device = frame->device;
+  const FrameRequest *request = &frame->request;
+  Bounce own = *waited;
+  const Bounce *bounce = &own;
+  TRY(reflections_look_up(frame, &own, log));
+  if (bounce->count == 0) {
+    stream_give_back(frame, bounce->rays);
+    return STATUS_OK;
+  }
+  uint32_t coherent_bounces = request->plan.max_roughness > 0 ? 1 : COHERENT_BOUNCES;
+  Coherence coherence = bounce->depth < coherent_bounces ? RAYS_COHERENT : RAYS_INCOHERENT;
+  ShadeInfo info = shade_info(frame, wave, bounce->depth, bounce->path);
+  RayStream *reflected, *transmitted;
+  TRY(stream_take(&reflected, frame, info.reflect, log));
+  TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
+  ShadeStreams streams = {bounce->rays, &frame->hits,     &frame->shadow,     reflected,
+                          transmitted,  &frame->radiance, &frame->shadow_maps};
+  if (bounce->first)
+    TRY(first_hits_find(frame, wave, bounce, log));
+  else
+    TRY(trace_closest(&frame->tracer, device, frame->scene, bounce->rays, bounce->count, 0, &frame->hits, coherence,
+                      bounce->depth ? "trace reflected rays" : "trace transmitted rays", log));
+  if (bounce->first && request->aovs & AOV_SET_SURFACE)
+    TRY(film_aov(&frame->film, device, frame->scene, &frame->camera, wave, bounce->rays, &frame->hits, log));
+  if (bounce->first && request->aovs & AOV_SET_SHADOW) TRY(aov_shadow(frame, &streams, wave, log));
+  uint32_t counts[STREAM_COUNTS];
+  TRY(bounce_shade(frame, &streams, bounce->count, &info, coherence, counts, log));
+  stream_give_back(frame, bounce->rays);
+  Bounce spawned[] = {
+      {reflected, counts[STREAM_COUNT_REFLECTED], bounce->depth + 1, false, true, hash_pcg(bounce->path + 1)},
+      {transmitted, counts[STREAM_COUNT_TRANSMITTED], bounce->depth, false, false, hash_pcg(bounce->path + 2)}};
+  bool crowded = *waiting_count > FRAME_STREAMS / 2;
+  for (int k = 0; k < 2; k++) {
+    const Bounce *next = &spawned[crowded ? 1 - k : k];
+    if (next->count)
+      waiting[(*waiting_count)++] = *next;
+    else
+      stream_give_back(frame, next->rays);
+  }
+
+done:
+  return status;
+}

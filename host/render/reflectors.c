@@ -1,0 +1,264 @@
+#include "render/reflectors.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "shared/stream.h"
+
+enum { SIGHT_PX = 320 };
+
+typedef struct Reflector {
+  uint32_t object;
+  uint32_t pixels;  // of the small picture
+} Reflector;
+
+static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
+
+// ---- who is seen ----------------------------------------------------------------------------------------------------
+
+// The part of the frame's picture that is rendered, of fewer pixels that are `factor` times as wide.
+static CameraInfo camera_coarse(const CameraInfo *camera, uint32_t *factor)
+{
+  CameraInfo info = *camera;
+  uint32_t longest = info.width > info.height ? info.width : info.height;
+  *factor = (longest + SIGHT_PX - 1) / SIGHT_PX;
+  info.scale *= (float)*factor;
+  info.width = (info.width + *factor - 1) / *factor;
+  info.height = (info.height + *factor - 1) / *factor;
+  info.center_x -= camera->scale * (float)camera->crop_x;
+  info.center_y -= camera->scale * (float)camera->crop_y;
+  info.crop_x = info.crop_y = 0;
+  info.tiles_per_row = (info.width + TILE_SIZE - 1) / TILE_SIZE;
+  return info;
+}
+
+// The object of a triangle, if that is a mirror.
+static bool mirror_find(uint32_t *object, const Scene *scene, const uint32_t *starts, uint32_t triangle)
+{
+  uint32_t low = 0, high = scene->object_count;
+  while (high - low > 1) {
+    uint32_t middle = (low + high) / 2;
+    if (starts[middle] <= triangle)
+      low = middle;
+    else
+      high = middle;
+  }
+  const Mesh *mesh = &scene->meshes[scene->objects[low].mesh];
+  uint32_t within = triangle - starts[low], p = 0;
+  while (p < mesh->primitive_count && within >= mesh->primitives[p].triangle_count)
+    within -= mesh->primitives[p++].triangle_count;
+  if (p == mesh->primitive_count) return false;
+  const Material *material = &scene->materials[mesh->primitives[p].material];
+  *object = low;
+  return material->roughness <= 0 && !material->unlit;
+}
+
+// Counts the pixels of each object that show a mirror. *factor is how many pixels of the picture each is wide.
+static Status mirrors_count(uint32_t *pixels, uint32_t *factor, Frame *frame, Log *log)
+{
+  Status status = STATUS_OK;
+  const DeviceScene *scene = frame->scene;
+  CameraRays camera = {0};
+  CameraInfo info = camera_coarse(&frame->camera.info, factor);
+  uint32_t tiles = info.tiles_per_row * ((info.height + TILE_SIZE - 1) / TILE_SIZE), object = 0;
+  uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
+  uint32_t *ids = malloc((size_t)wave_tiles * TILE_PIXELS * sizeof *ids);
+  uint32_t *starts = malloc(((size_t)scene->object_count + 1) * sizeof *starts);
+  if (!ids || !starts) {
+    status = log_no_memory(log, "reflectors");
+    goto done;
+  }
+  TRY(buffer_read(frame->device, &scene->object_starts, starts, ((size_t)scene->object_count + 1) * sizeof *starts,
+                  log));
+  TRY(camera_rays_make(&camera, frame->device, &info, 1, log));
+  for (uint32_t tile = 0; tile < tiles; tile += wave_tiles) {
+    Wave wave = {tile, smaller(wave_tiles, tiles - tile), 0, 1};
+    uint32_t rays = wave_rays(&wave);
+    TRY(camera_rays_generate(&camera, frame->device, &wave, &frame->streams[0], log));
+    TRY(trace_closest(&frame->tracer, frame->device, scene, &frame->streams[0], rays, info.near_m, &frame->hits,
+                      RAYS_COHERENT, "look for reflectors", log));
+    TRY(buffer_read(frame->device, &frame->hits.ids, ids, rays * sizeof *ids, log));
+    for (uint32_t i = 0; i < rays; i++)
+      if (ids[i] != HIT_NONE && mirror_find(&object, scene->source, starts, ids[i])) pixels[object]++;
+  }
+
+done:
+  camera_rays_free(&camera);
+  free(ids);
+  free(starts);
+  return status;
+}
+
+// ---- where and how large --------------------------------------------------------------------------------------------
+
+static int reflector_compare(const void *a, const void *b)
+{
+  const Reflector *x = a, *y = b;
+  if (x->pixels != y->pixels) return x->pixels < y->pixels ? 1 : -1;
+  return (x->object > y->object) - (x->object < y->object);
+}
+
+static Float3 narrow(Vec3 v) { return (Float3){(float)v.x, (float)v.y, (float)v.z}; }
+
+static uint32_t size_choose(const CubeOptions *options, uint32_t pixels, uint32_t factor)
+{
+  if (options->size_px) return options->size_px;
+  double width = 2 * sqrt(pixels / M_PI) * factor;
+  uint32_t size = CUBE_LEAST_PX;
+  while (size < CUBE_MOST_PX && size < width) size *= 2;
+  return size;
+}
+
+static CubeInfo cube_fit(const DeviceScene *scene, uint32_t object, uint32_t size)
+{
+  Vec3 low, high;
+  if (!scene_object_bounds(scene->source, object, &low, &high)) low = high = vec3(0, 0, 0);
+  Vec3 center = vec3_scale(vec3_add(low, high), 0.5);
+  double margin = 1e-5 * scene->extent_m;  // rounding of rays that start on the box
+  const Vec3 wider = vec3(margin, margin, margin);
+  return (CubeInfo){.center = narrow(center),
+                    .low = narrow(vec3_sub(vec3_sub(scene->low, wider), center)),
+                    .high = narrow(vec3_sub(vec3_add(scene->high, wider), center)),
+                    .size = size};
+}
+
+// Cubes of the reflectors that fit, largest first. Returns their number.
+static uint32_t cubes_fit(CubeInfo *cubes, uint32_t *cube_of_object, Frame *frame, const Reflector *reflectors,
+                          uint32_t count, uint32_t factor, Log *log)
+{
+  const CubeOptions *options = &frame->request.plan.cubes;
+  const uint64_t usual_most = 512000000, quarter = device_info(frame->device)->memory_bytes / 4;
+  const uint64_t most = options->max_bytes ? options->max_bytes : usual_most < quarter ? usual_most : quarter;
+  ReflectorSummary *summary = &frame->reflectors;
+  uint32_t kept = 0;
+  *summary = (ReflectorSummary){.visible = count};
+  for (uint32_t i = 0; i < count; i++) {
+    uint32_t size = size_choose(options, reflectors[i].pixels, factor);
+    uint64_t bytes = CUBE_TEXELS((uint64_t)size) * sizeof(Float4);
+    if (kept == CUBES_MOST || summary->bytes + bytes > most) {
+      summary->left_out++;
+      continue;
+    }
+    cubes[kept] = cube_fit(frame->scene, reflectors[i].object, size);
+    cubes[kept].first_texel = (uint32_t)(summary->bytes / sizeof(Float4));
+    cube_of_object[reflectors[i].object] = kept++;
+    summary->bytes += bytes;
+    if (summary->least_px == 0 || size < summary->least_px) summary->least_px = size;
+    if (size > summary->greatest_px) summary->greatest_px = size;
+  }
+  if (summary->left_out)
+    log_warn(log, "--reflections: %u of %u reflectors are over %d cube maps or %.0f MB: their reflections are traced",
+             summary->left_out, count, CUBES_MOST, 1e-6 * (double)most);
+  return kept;
+}
+
+// ---- what they show -------------------------------------------------------------------------------------------------
+
+// What is drawn in a cube: no cubes, one bounce less.
+static Plan plan_of_capture(const Plan *plan)
+{
+  Plan capture = *plan;
+  bool maps = reflections_use_maps(plan->deep_reflections);
+  if (maps) capture.deep_reflections = REFLECTIONS_ENVIRONMENT;
+  if (maps) capture.max_roughness = 0;
+  capture.reflections = capture.deep_reflections;
+  if (capture.max_depth > 0) capture.max_depth--;
+  capture.reflected_rays = capture.max_depth > 0 && capture.reflections != REFLECTIONS_NONE;
+  return capture;
+}
+
+static Status cube_draw(Frame *frame, const CubeInfo *cube, uint32_t samples, Log *log)
+{
+  Status status = STATUS_OK;
+  CameraInfo *picture = &frame->camera.info;
+  picture->width = cube->size;
+  picture->height = CUBE_FACES * cube->size;
+  picture->crop_x = picture->crop_y = 0;
+  picture->tiles_per_row = cube->size / TILE_SIZE;
+  uint32_t tiles = picture->tiles_per_row * (picture->height / TILE_SIZE);
+  uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
+  uint32_t wave_samples = smaller(samples, frame->capacity / (wave_tiles * TILE_PIXELS));
+  for (uint32_t sample = 0; sample < samples; sample += wave_samples)
+    for (uint32_t tile = 0; tile < tiles; tile += wave_tiles) {
+      Wave wave = {tile, smaller(wave_tiles, tiles - tile), sample, smaller(wave_samples, samples - sample)};
+      TRY(frame_render_wave(frame, &wave, log));
+      TRY(cube_capture_keep(&frame->cube_capture, frame->device, &wave, 1.0f / (float)samples, &frame->radiance,
+                            &frame->cube_reflect.texels, log));
+    }
+
+done:
+  return status;
+}
+
+// Draws all cubes with the frame's own streams and shader; the frame is put back as it was.
+static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, const uint32_t *cube_of_object, Log *log)
+{
+  enum { SAMPLES_MOST = 16 };
+  Status status = STATUS_OK;
+  const FrameRequest request = frame->request;
+  const CameraInfo camera = frame->camera.info;
+  const uint32_t objects = frame->scene->object_count;
+  CubeReflect maps = frame->cube_reflect;
+  bool by_chance = request.plan.environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
+                   request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO || request.plan.shadows == SHADOWS_AREA ||
+                   request.plan.max_roughness > 0;
+  uint32_t *left_out = calloc((size_t)objects + 1, sizeof *left_out);
+  if (!left_out) return log_no_memory(log, "cube maps");
+  frame->capturing = true;
+  frame->request.plan = plan_of_capture(&request.plan);
+  frame->request.aovs = AOV_SET_NONE;
+  frame->request.flat_background = false;
+  frame->cube_reflect.cube_count = 0;  // none is whole yet
+  TRY(cube_capture_make(&frame->cube_capture, frame->device, frame->scene, frame->capacity, log));
+  for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t object = 0; object < objects; object++) left_out[object] = cube_of_object[object] == i;
+    TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], left_out, log));
+    TRY(cube_draw(frame, &cubes[i], by_chance ? smaller(request.samples, SAMPLES_MOST) : 1, log));
+  }
+  TRY(device_finish(frame->device, log));
+
+done:
+  cube_capture_free(&frame->cube_capture);
+  frame->cube_reflect = maps;
+  frame->camera.info = camera;
+  frame->request = request;
+  frame->capturing = false;
+  free(left_out);
+  return status;
+}
+
+Status reflectors_prepare(Frame *frame, Log *log)
+{
+  Status status = STATUS_OK;
+  const Plan *plan = &frame->request.plan;
+  uint32_t objects = frame->scene->object_count, count = 0, kept = 0, factor = 1;
+  uint32_t *pixels = NULL, *cube_of_object = NULL;
+  Reflector *reflectors = NULL;
+  CubeInfo *cubes = NULL;
+  if (!reflections_use_maps(plan->reflections) && !reflections_use_maps(plan->deep_reflections)) return STATUS_OK;
+  pixels = calloc((size_t)objects + 1, sizeof *pixels);
+  cube_of_object = malloc(((size_t)objects + 1) * sizeof *cube_of_object);
+  reflectors = calloc((size_t)objects + 1, sizeof *reflectors);
+  cubes = calloc((size_t)objects + 1, sizeof *cubes);
+  if (!pixels || !cube_of_object || !reflectors || !cubes) {
+    status = log_no_memory(log, "cube maps");
+    goto done;
+  }
+  for (uint32_t i = 0; i < objects; i++) cube_of_object[i] = CUBE_NONE;
+  if (plan_uses_cubes(plan)) {
+    TRY(mirrors_count(pixels, &factor, frame, log));
+    for (uint32_t i = 0; i < objects; i++)
+      if (pixels[i]) reflectors[count++] = (Reflector){i, pixels[i]};
+    qsort(reflectors, count, sizeof *reflectors, reflector_compare);
+    kept = cubes_fit(cubes, cube_of_object, frame, reflectors, count, factor, log);
+  }
+  TRY(cube_reflect_make(&frame->cube_reflect, frame->device, frame->scene, cubes, kept, cube_of_object, log));
+  if (kept) TRY(cubes_draw(frame, cubes, kept, cube_of_object, log));
+
+done:
+  free(pixels);
+  free(cube_of_object);
+  free(reflectors);
+  free(cubes);
+  return status;
+}
