@@ -3,10 +3,11 @@
 // picture.
 //
 //   cube_rays   a ray a texel, from the centre through the texel's centre, with a component of 1 along the face's axis:
-//               t is the distance along it
+//               t is the distance along it. Or, with `inward_m` above 0, back to the centre from that far along the axis
 //   cube_peel   of rays that hit an object that is left out, sends on what goes past it, packed; of all others writes
 //               hit and closeness by slot. Traced and peeled again until none is left, or as often as the host allows
 //   cube_keep   radiance and closeness of a wave into the cube's texels
+//   cube_hull   closeness of a wave of inward rays, for which all but the reflector is left out: of its outermost surface
 //
 //   Cost  a ray a texel and one more for each surface that is left out; 44 bytes written a ray, 32 a texel moved.
 //   Fails where something touches a surface that is left out (within 1e-6 of its distance): it is passed too. What a
@@ -32,21 +33,23 @@ static inline float3 texel_direction(constant CubeInfo *cube, uint2 pixel)
   return face < 2 ? (float3)(s, a, b) : face < 4 ? (float3)(b, s, a) : (float3)(a, b, s);
 }
 
-kernel void cube_rays(constant CubeInfo *cube, uint first_tile, uint tile_count, uint ray_count, global float *rays,
-                      uint capacity, global uint *slots)
+kernel void cube_rays(constant CubeInfo *cube, uint first_tile, uint tile_count, uint ray_count, float inward_m,
+                      global float *rays, uint capacity, global uint *slots)
 {
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint slot = begin; slot < end; slot++) {
     uint tile = first_tile + slot / TILE_PIXELS % tile_count;
     float3 direction = texel_direction(cube, tile_pixel(tile, slot % TILE_PIXELS, cube_tiles(cube)));
-    rays[RAY_ORIGIN_X * capacity + slot] = cube->center.x;
-    rays[RAY_ORIGIN_Y * capacity + slot] = cube->center.y;
-    rays[RAY_ORIGIN_Z * capacity + slot] = cube->center.z;
+    float3 origin = (float3)(cube->center.x, cube->center.y, cube->center.z) + direction * inward_m;
+    if (inward_m > 0) direction = -direction;
+    rays[RAY_ORIGIN_X * capacity + slot] = origin.x;
+    rays[RAY_ORIGIN_Y * capacity + slot] = origin.y;
+    rays[RAY_ORIGIN_Z * capacity + slot] = origin.z;
     rays[RAY_DIRECTION_X * capacity + slot] = direction.x;
     rays[RAY_DIRECTION_Y * capacity + slot] = direction.y;
     rays[RAY_DIRECTION_Z * capacity + slot] = direction.z;
-    rays[RAY_T_MAX * capacity + slot] = INFINITY;
+    rays[RAY_T_MAX * capacity + slot] = inward_m > 0 ? inward_m : INFINITY;
     rays[RAY_WEIGHT_R * capacity + slot] = 1;
     rays[RAY_WEIGHT_G * capacity + slot] = 1;
     rays[RAY_WEIGHT_B * capacity + slot] = 1;
@@ -55,14 +58,15 @@ kernel void cube_rays(constant CubeInfo *cube, uint first_tile, uint tile_count,
 }
 
 // Rays [0, ray_count) and what they hit; `to_hits`, `to_ids` and `closeness` are by slot, in streams of `capacity` too.
-kernel void cube_peel(constant CubeInfo *cube, global const float *rays, global const uint *slots, uint capacity,
-                      uint ray_count, global const float *hits, global const uint *ids,
+kernel void cube_peel(constant CubeInfo *cube, uint inward, global const float *rays, global const uint *slots,
+                      uint capacity, uint ray_count, global const float *hits, global const uint *ids,
                       global const uint *object_starts, uint object_count, global const uint *left_out,
                       global float *to_hits, global uint *to_ids, global float *closeness, global float *onward_rays,
                       global uint *onward_slots, global uint *count)
 {
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
+  float nothing = inward ? CUBE_NO_HULL : 0;
   for (uint first = begin; first < end; first += LANES) {
     UintL slot = LANE_LOAD(slots, first), id = LANE_LOAD(ids, first);
     Vec3L origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
@@ -70,6 +74,7 @@ kernel void cube_peel(constant CubeInfo *cube, global const float *rays, global 
     FloatL t = LANE_LOAD(hits + HIT_T * capacity, first);
     Vec3L from = sub3(origin, vec3l(FLOATL(cube->center.x), FLOATL(cube->center.y), FLOATL(cube->center.z)));
     FloatL before = max_component3(vec3l(fabs(from.x), fabs(from.y), fabs(from.z)));
+    FloatL distance = inward ? before - t : before + t;
     IntL passes = INTL(0);
     for (uint lane = 0; lane < LANES && first + lane < end; lane++) {
       uint at = LANE_UINT(slot, lane), triangle = LANE_UINT(id, lane);
@@ -77,13 +82,14 @@ kernel void cube_peel(constant CubeInfo *cube, global const float *rays, global 
       bool past = hit && left_out[object_of_triangle(object_starts, object_count, triangle)];
       LANE_INT(passes, lane) = past ? -1 : 0;
       to_ids[at] = past ? HIT_NONE : triangle;
-      closeness[at] = hit && !past ? 1 / (LANE_FLOAT(before, lane) + LANE_FLOAT(t, lane)) : 0;
+      closeness[at] = !hit || past ? nothing : 1 / max(LANE_FLOAT(distance, lane), 1 / CUBE_NO_HULL);
       for (uint field = 0; field < HIT_FIELD_COUNT; field++)
         to_hits[field * capacity + at] = hits[field * capacity + first + lane];
     }
     if (!any_lane(passes)) continue;
+    FloatL t_max = LANE_LOAD(rays + RAY_T_MAX * capacity, first);
     FloatL beyond = t + FLOATL(1e-6f) * (t + before), one = FLOATL(1);
-    stream_append(passes, add3(origin, scale3(direction, beyond)), direction, FLOATL(INFINITY), vec3l(one, one, one),
+    stream_append(passes, add3(origin, scale3(direction, beyond)), direction, t_max - beyond, vec3l(one, one, one),
                   slot, onward_rays, capacity, onward_slots, count);
   }
 }
@@ -102,5 +108,16 @@ kernel void cube_keep(constant CubeInfo *cube, uint first_tile, uint tile_count,
     for (uint sample = 0; sample < sample_count; sample++) sum += radiance[sample * pixel_count + i] * share;
     sum.w = closeness[i];
     *texel = sum;
+  }
+}
+
+kernel void cube_hull(constant CubeInfo *cube, uint first_tile, uint pixel_count, global const float *closeness,
+                      global float *hull)
+{
+  uint begin = get_global_id(0) * RAYS_PER_ITEM;
+  uint end = min(begin + RAYS_PER_ITEM, pixel_count);
+  for (uint i = begin; i < end; i++) {
+    uint2 pixel = tile_pixel(first_tile + i / TILE_PIXELS, i % TILE_PIXELS, cube_tiles(cube));
+    hull[cube->first_texel + pixel.y * cube->size + pixel.x] = closeness[i];
   }
 }

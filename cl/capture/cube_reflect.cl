@@ -3,6 +3,7 @@
 //   in    rays, slots      reflected rays; those of mirrors say where they start (RAY_FROM_MIRROR)
 //         cube_of_object   CUBE_NONE where an object has none, [object_count]
 //         cubes, texels    shared/cube.h
+//         hull             the same; REFLECT_BY_IMPOSTOR alone
 //   out   radiance[slot]   weight x what the map shows
 //         left_rays        the rays that are left to be traced, packed: those of rough surfaces, of objects without a
 //                          cube, and those of which a method says itself that it cannot tell
@@ -16,12 +17,13 @@
 //   REFLECT_BY_IMPOSTOR     what it shows where the ray goes behind the surface that the cube saw: marched in equal
 //                           steps of the direction from the centre, of two texels or 1/IMPOSTOR_STEPS of the way, and
 //                           halved IMPOSTOR_HALVINGS times. Left are rays that come close to a surface where the four
-//                           texels around show more than one (silhouettes, and what they hide), and rays that start
-//                           behind one. Fails where something thinner than a step is stepped over.
+//                           texels around show more than one (silhouettes, and what they hide), rays that start behind
+//                           one, and those that are under the reflector's own outermost surface on their way. Fails
+//                           where something thinner than a step is stepped over, and where the reflector shows itself
+//                           from hollows of less than HULL_SLACK of the distance from its centre.
 //
 //   Cost  16 bytes x 4 a lookup; the impostor's closeness is looked up once a step.
-//   The reflector itself is not in its cube: what it would show of itself is missing in all but REFLECT_BY_IMPOSTOR's
-//   rays that are left.
+//   The reflector itself is not in its cube: by the other methods it does not show itself.
 //   A ray's radiance is added slot by slot in the order of launches: no atomics, the same sum on every run.
 //   From  Blinn, Newell, "Texture and Reflection in Computer Generated Images", 1976; Greene, "Environment Mapping and
 //         Other Applications of World Projections", 1986 (cube); Lagarde, Zanuttini, "Local Image-based Lighting with
@@ -36,6 +38,7 @@
 #define IMPOSTOR_STEPS 64
 #define IMPOSTOR_HALVINGS 8
 #define IMPOSTOR_EVENNESS 0.8f
+#define HULL_SLACK 0.02f
 
 // A ray relative to a cube's centre.
 typedef struct CubeRay {
@@ -67,18 +70,16 @@ typedef struct CubeArc {
   float reach;
 } CubeArc;
 
-// Is the ray behind what the cube shows at an angle of its arc? `place` receives where that is.
-static inline bool arc_is_behind(CubePlace *place, CubeArc arc, float2 angle, bool at_end, global const CubeInfo *cube,
-                                 global const float4 *texels)
+// Closeness of the ray at an angle of its arc; `place` receives where that is.
+static inline float arc_closeness(CubePlace *place, CubeArc arc, float2 angle, global const CubeInfo *cube)
 {
   *place = cube_place(cube, arc.e * angle.x + arc.n * angle.y);
-  float closeness = at_end ? 0 : (angle.x - arc.cotangent * angle.y) / (arc.reach * place->major);
-  return closeness < cube_closeness(texels, *place);
+  return (angle.x - arc.cotangent * angle.y) / (arc.reach * place->major);
 }
 
 // Where a ray meets what the cube shows. False where that cannot be told.
 static inline bool impostor_place(CubePlace *place, global const CubeInfo *cube, global const float4 *texels,
-                                  CubeRay ray)
+                                  global const float *hull, CubeRay ray)
 {
   CubeArc arc;
   arc.reach = length(ray.origin);
@@ -91,19 +92,24 @@ static inline bool impostor_place(CubePlace *place, global const CubeInfo *cube,
   arc.n = across / sine;
   arc.cotangent = cosine / sine;
   float whole = atan2(sine, cosine), texels_passed = whole * (float)cube->size * 0.6366198f;  // of pi / 2 a face
-  int steps = clamp((int)(0.5f * texels_passed) + 1, 1, IMPOSTOR_STEPS), i = 0;
-  float2 turn = (float2)(cos(whole / (float)steps), sin(whole / (float)steps)), before, angle = (float2)(1, 0);
-  if (arc_is_behind(place, arc, angle, false, cube, texels)) return false;
+  int steps = clamp((int)(0.5f * texels_passed) + 1, 1, IMPOSTOR_STEPS);
+  float2 turn = (float2)(cos(whole / (float)steps), sin(whole / (float)steps)), angle = (float2)(1, 0), before = angle;
   bool behind = false;
-  while (i < steps && !behind) {
-    before = angle;
-    angle = (float2)(before.x * turn.x - before.y * turn.y, before.y * turn.x + before.x * turn.y);
-    behind = arc_is_behind(place, arc, angle, ++i == steps, cube, texels);
+  for (int i = 0; i <= steps && !behind; i++) {
+    if (i > 0) {
+      before = angle;
+      angle = (float2)(before.x * turn.x - before.y * turn.y, before.y * turn.x + before.x * turn.y);
+    }
+    float closeness = arc_closeness(place, arc, angle, cube);
+    if (i == steps) closeness = 0;
+    behind = closeness < cube_closeness(texels, *place);
+    if (hull_holds(hull, *place, closeness, HULL_SLACK) || (behind && i == 0)) return false;
   }
   for (int k = 0; k < IMPOSTOR_HALVINGS && behind; k++) {
     float2 middle = before + angle;
     middle *= 1 / length(middle);
-    bool is_behind = arc_is_behind(place, arc, middle, false, cube, texels);
+    float closeness = arc_closeness(place, arc, middle, cube);
+    bool is_behind = closeness < cube_closeness(texels, *place);
     before = is_behind ? before : middle;
     angle = is_behind ? middle : angle;
   }
@@ -112,12 +118,12 @@ static inline bool impostor_place(CubePlace *place, global const CubeInfo *cube,
 
 // What a ray shows by its reflector's cube. False: it is left to be traced.
 static inline bool cube_answer(float4 *out, uint method, global const CubeInfo *cube, global const float4 *texels,
-                               CubeRay ray)
+                               global const float *hull, CubeRay ray)
 {
   CubePlace place;
   float3 towards = ray.direction;
   if (method == REFLECT_BY_IMPOSTOR) {
-    if (!impostor_place(&place, cube, texels, ray)) return false;
+    if (!impostor_place(&place, cube, texels, hull, ray)) return false;
   } else {
     if (method == REFLECT_BY_BOX && !box_direction(&towards, cube, ray)) return false;
     place = cube_place(cube, towards);
@@ -128,7 +134,7 @@ static inline bool cube_answer(float4 *out, uint method, global const CubeInfo *
 
 kernel void cube_reflect(uint method, global const float *rays, global const uint *slots, uint capacity, uint ray_count,
                          global const uint *object_starts, uint object_count, global const uint *cube_of_object,
-                         global const CubeInfo *cubes, global const float4 *texels,
+                         global const CubeInfo *cubes, global const float4 *texels, global const float *hull,
                          constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
                          global float4 *radiance, global float *left_rays, global uint *left_slots, global uint *count)
 {
@@ -159,7 +165,7 @@ kernel void cube_reflect(uint method, global const float *rays, global const uin
           CubeRay ray = {
               (float3)(LANE_FLOAT(origin.x, lane), LANE_FLOAT(origin.y, lane), LANE_FLOAT(origin.z, lane)) - center,
               (float3)(LANE_FLOAT(direction.x, lane), LANE_FLOAT(direction.y, lane), LANE_FLOAT(direction.z, lane))};
-          answered = cube_answer(&value, method, cube, texels, ray);
+          answered = cube_answer(&value, method, cube, texels, hull, ray);
         }
         if (!answered) {
           LANE_INT(left, lane) = -1;

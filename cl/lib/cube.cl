@@ -56,3 +56,16 @@ static inline float cube_evenness(global const float4 *texels, CubePlace place)
   float most = max(max(upper[0].w, upper[1].w), max(lower[0].w, lower[1].w));
   return most > 0 ? least / most : 1;
 }
+
+// Is a point of that closeness under the reflector's outermost surface, by more than `slack` of the distance? Where only
+// some of the four texels show the reflector, under the farthest of them.
+static inline bool hull_holds(global const float *hull, CubePlace place, float closeness, float slack)
+{
+  global const float *upper = hull + place.texel, *lower = upper + place.size;
+  float least = min(min(upper[0], upper[1]), min(lower[0], lower[1]));
+  float most = max(max(upper[0], upper[1]), max(lower[0], lower[1]));
+  float above = upper[0] + (upper[1] - upper[0]) * place.across,
+        below = lower[0] + (lower[1] - lower[0]) * place.across;
+  float surface = most < CUBE_NO_HULL ? above + (below - above) * place.down : least;
+  return closeness > surface * (1 + slack);
+}

@@ -15,8 +15,13 @@ typedef struct CubeInfo {
   Float3 low, high;  // box that the reflector's surroundings are taken to be, relative to the centre
   uint size;         // texels a side, a multiple of 8
   uint first_texel;  // of its faces among those of all cubes
+  uint object;       // the reflector
 } CubeInfo;
-SHARED_SIZE(CubeInfo, 44);
+SHARED_SIZE(CubeInfo, 48);
+
+// Besides, of cubes that are marched through: closeness of the reflector's own outermost surface, CUBE_NO_HULL where it
+// has none.
+#define CUBE_NO_HULL 1e30f
 
 #define CUBE_TEXELS(size) (CUBE_FACES * (size) * (size))
 #define CUBE_NONE 0xffffffffu  // of an object: it has no cube

@@ -7,7 +7,7 @@
 #include "shared/cube.h"
 
 typedef struct CubeCapture {
-  Kernel rays, peel, keep;
+  Kernel rays, peel, keep, hull;
   DeviceBuffer info;       // CubeInfo of the cube that is captured
   DeviceBuffer left_out;   // uint by object: 1 where it is passed
   DeviceBuffer closeness;  // float by slot
@@ -23,17 +23,22 @@ void cube_capture_free(CubeCapture *capture);
 Status cube_capture_aim(CubeCapture *capture, Device *device, const DeviceScene *scene, const CubeInfo *cube,
                         const uint32_t *left_out, Log *log);
 
-// Rays of a wave of the tall picture of six faces, size / TILE_SIZE tiles a row.
-Status cube_capture_rays(const CubeCapture *capture, Device *device, const Wave *wave, const RayStream *stream,
-                         Log *log);
+// Rays of a wave of the tall picture of six faces, size / TILE_SIZE tiles a row. With `inward_m` above 0 they go to the
+// centre, from so far along each face's axis.
+Status cube_capture_rays(const CubeCapture *capture, Device *device, const Wave *wave, float inward_m,
+                         const RayStream *stream, Log *log);
 
 // Nearest hits of `rays` (slots are the identity) on what is not left out. `spare` holds rays that went past something.
 // At most CUBE_LAYERS_MOST surfaces are passed; behind them is nothing.
 enum { CUBE_LAYERS_MOST = 64 };
 Status cube_capture_trace(const CubeCapture *capture, const Tracer *tracer, Device *device, const DeviceScene *scene,
-                          const RayStream *rays, uint32_t count, const HitStream *hits, const RayStream spare[2],
-                          Log *log);
+                          bool inward, const RayStream *rays, uint32_t count, const HitStream *hits,
+                          const RayStream spare[2], Log *log);
 
 // Adds the wave's radiance, times `share`, to the cube's texels, and sets their closeness.
 Status cube_capture_keep(const CubeCapture *capture, Device *device, const Wave *wave, float share,
                          const DeviceBuffer *radiance, const DeviceBuffer *texels, Log *log);
+
+// Sets the hull of the wave's texels by the closeness of its inward rays; one sample.
+Status cube_capture_keep_hull(const CubeCapture *capture, Device *device, const Wave *wave, const DeviceBuffer *hull,
+                              Log *log);

@@ -196,8 +196,8 @@ static Status first_hits_find(Frame *frame, const Wave *wave, const Bounce *boun
   if (frame->capturing) {
     RayStream *spare[2] = {&frame->no_rays, &frame->no_rays};
     for (int i = 0; i < 2; i++) TRY(stream_take(&spare[i], frame, true, log));
-    TRY(cube_capture_trace(&frame->cube_capture, &frame->tracer, device, frame->scene, bounce->rays, bounce->count,
-                           &frame->hits, (RayStream[2]){*spare[0], *spare[1]}, log));
+    TRY(cube_capture_trace(&frame->cube_capture, &frame->tracer, device, frame->scene, false, bounce->rays,
+                           bounce->count, &frame->hits, (RayStream[2]){*spare[0], *spare[1]}, log));
     for (int i = 0; i < 2; i++) stream_give_back(frame, spare[i]);
     return STATUS_OK;
   }

@@ -142,7 +142,7 @@ Status frame_render_wave(Frame *frame, const Wave *wave, Log *log)
   memset(frame->taken, 0, sizeof frame->taken);
   TRY(stream_take(&bounce.rays, frame, true, log));
   if (frame->capturing)
-    TRY(cube_capture_rays(&frame->cube_capture, frame->device, wave, bounce.rays, log));
+    TRY(cube_capture_rays(&frame->cube_capture, frame->device, wave, 0, bounce.rays, log));
   else
     TRY(camera_rays_generate(&frame->camera, frame->device, wave, bounce.rays, log));
   TRY(buffer_zero(frame->device, &frame->radiance, log));

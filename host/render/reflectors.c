@@ -2,7 +2,9 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "render/bounce.h"
 #include "shared/stream.h"
 
 enum { SIGHT_PX = 320 };
@@ -119,7 +121,14 @@ static CubeInfo cube_fit(const DeviceScene *scene, uint32_t object, uint32_t siz
   return (CubeInfo){.center = narrow(center),
                     .low = narrow(vec3_sub(vec3_sub(scene->low, wider), center)),
                     .high = narrow(vec3_sub(vec3_add(scene->high, wider), center)),
-                    .size = size};
+                    .size = size,
+                    .object = object};
+}
+
+// Is a cube marched through?
+static bool uses_hull(const Plan *plan)
+{
+  return plan->reflections == REFLECTIONS_IMPOSTOR || plan->deep_reflections == REFLECTIONS_IMPOSTOR;
 }
 
 // Cubes of the reflectors that fit, largest first. Returns their number.
@@ -130,17 +139,18 @@ static uint32_t cubes_fit(CubeInfo *cubes, uint32_t *cube_of_object, Frame *fram
   const uint64_t usual_most = 512000000, quarter = device_info(frame->device)->memory_bytes / 4;
   const uint64_t most = options->max_bytes ? options->max_bytes : usual_most < quarter ? usual_most : quarter;
   ReflectorSummary *summary = &frame->reflectors;
+  const uint64_t texel_bytes = sizeof(Float4) + (uses_hull(&frame->request.plan) ? sizeof(float) : 0);
   uint32_t kept = 0;
   *summary = (ReflectorSummary){.visible = count};
   for (uint32_t i = 0; i < count; i++) {
     uint32_t size = size_choose(options, reflectors[i].pixels, factor);
-    uint64_t bytes = CUBE_TEXELS((uint64_t)size) * sizeof(Float4);
+    uint64_t texels = CUBE_TEXELS((uint64_t)size), bytes = texels * texel_bytes;
     if (kept == CUBES_MOST || summary->bytes + bytes > most) {
       summary->left_out++;
       continue;
     }
     cubes[kept] = cube_fit(frame->scene, reflectors[i].object, size);
-    cubes[kept].first_texel = (uint32_t)(summary->bytes / sizeof(Float4));
+    cubes[kept].first_texel = (uint32_t)(summary->bytes / texel_bytes);
     cube_of_object[reflectors[i].object] = kept++;
     summary->bytes += bytes;
     if (summary->least_px == 0 || size < summary->least_px) summary->least_px = size;
@@ -190,8 +200,37 @@ done:
   return status;
 }
 
+// The reflector's own outermost surface, by rays from beyond it.
+static Status hull_draw(Frame *frame, const CubeInfo *cube, Log *log)
+{
+  Status status = STATUS_OK;
+  Device *device = frame->device;
+  const CubeCapture *capture = &frame->cube_capture;
+  const HitStream *hits = &frame->hits;
+  RayStream *rays, *spare[2];
+  Vec3 low = {0}, high = {0};
+  scene_object_bounds(frame->scene->source, cube->object, &low, &high);
+  Vec3 half = vec3_scale(vec3_sub(high, low), 0.5);
+  float beyond_m = (float)(1.001 * fmax(fmax(half.x, half.y), half.z) + 1e-5 * frame->scene->extent_m);
+  uint32_t tiles = CUBE_TEXELS(cube->size) / TILE_PIXELS;
+  uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
+  memset(frame->taken, 0, sizeof frame->taken);
+  TRY(stream_take(&rays, frame, true, log));
+  for (int i = 0; i < 2; i++) TRY(stream_take(&spare[i], frame, true, log));
+  for (uint32_t tile = 0; tile < tiles; tile += wave_tiles) {
+    Wave wave = {tile, smaller(wave_tiles, tiles - tile), 0, 1};
+    TRY(cube_capture_rays(capture, device, &wave, beyond_m, rays, log));
+    TRY(cube_capture_trace(capture, &frame->tracer, device, frame->scene, true, rays, wave_rays(&wave), hits,
+                           (RayStream[2]){*spare[0], *spare[1]}, log));
+    TRY(cube_capture_keep_hull(capture, device, &wave, &frame->cube_reflect.hull, log));
+  }
+
+done:
+  return status;
+}
+
 // Draws all cubes with the frame's own streams and shader; the frame is put back as it was.
-static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, const uint32_t *cube_of_object, Log *log)
+static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Log *log)
 {
   enum { SAMPLES_MOST = 16 };
   Status status = STATUS_OK;
@@ -202,6 +241,7 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, co
   bool by_chance = request.plan.environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
                    request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO || request.plan.shadows == SHADOWS_AREA ||
                    request.plan.max_roughness > 0;
+  const bool has_hull = uses_hull(&request.plan);
   uint32_t *left_out = calloc((size_t)objects + 1, sizeof *left_out);
   if (!left_out) return log_no_memory(log, "cube maps");
   frame->capturing = true;
@@ -211,9 +251,13 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, co
   frame->cube_reflect.cube_count = 0;  // none is whole yet
   TRY(cube_capture_make(&frame->cube_capture, frame->device, frame->scene, frame->capacity, log));
   for (uint32_t i = 0; i < count; i++) {
-    for (uint32_t object = 0; object < objects; object++) left_out[object] = cube_of_object[object] == i;
+    for (uint32_t object = 0; object < objects; object++) left_out[object] = object == cubes[i].object;
     TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], left_out, log));
     TRY(cube_draw(frame, &cubes[i], by_chance ? smaller(request.samples, SAMPLES_MOST) : 1, log));
+    if (!has_hull) continue;
+    for (uint32_t object = 0; object < objects; object++) left_out[object] = object != cubes[i].object;
+    TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], left_out, log));
+    TRY(hull_draw(frame, &cubes[i], log));
   }
   TRY(device_finish(frame->device, log));
 
@@ -252,8 +296,9 @@ Status reflectors_prepare(Frame *frame, Log *log)
     qsort(reflectors, count, sizeof *reflectors, reflector_compare);
     kept = cubes_fit(cubes, cube_of_object, frame, reflectors, count, factor, log);
   }
-  TRY(cube_reflect_make(&frame->cube_reflect, frame->device, frame->scene, cubes, kept, cube_of_object, log));
-  if (kept) TRY(cubes_draw(frame, cubes, kept, cube_of_object, log));
+  TRY(cube_reflect_make(&frame->cube_reflect, frame->device, frame->scene, cubes, kept, cube_of_object, uses_hull(plan),
+                        log));
+  if (kept) TRY(cubes_draw(frame, cubes, kept, log));
 
 done:
   free(pixels);
