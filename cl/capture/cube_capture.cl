@@ -8,6 +8,7 @@
 //               hit and closeness by slot. Traced and peeled again until none is left, or as often as the host allows
 //   cube_keep   radiance and closeness of a wave into the cube's texels
 //   cube_hull   closeness of a wave of inward rays, for which all but the reflector is left out: of its outermost surface
+//   cube_cells  the cells of a cube whose texels are all there
 //
 //   Cost  a ray a texel and one more for each surface that is left out; 44 bytes written a ray, 32 a texel moved.
 //   Fails where something touches a surface that is left out (within 1e-6 of its distance): it is passed too. What a
@@ -119,5 +120,19 @@ kernel void cube_hull(constant CubeInfo *cube, uint first_tile, uint pixel_count
   for (uint i = begin; i < end; i++) {
     uint2 pixel = tile_pixel(first_tile + i / TILE_PIXELS, i % TILE_PIXELS, cube_tiles(cube));
     hull[cube->first_texel + pixel.y * cube->size + pixel.x] = closeness[i];
+  }
+}
+
+kernel void cube_cells(constant CubeInfo *cube, global const float4 *texels, global float *cells)
+{
+  int size = (int)cube->size, across = size / CUBE_CELL, count = CUBE_FACES * across * across;
+  int begin = (int)(get_global_id(0) * RAYS_PER_ITEM), end = min(begin + RAYS_PER_ITEM, count);
+  for (int i = begin; i < end; i++) {
+    int face = i / (across * across), x = i % across * CUBE_CELL, y = i / across % across * CUBE_CELL;
+    float most = 0;
+    for (int row = max(y - CUBE_STRIDE, 0); row < min(y + CUBE_CELL + CUBE_STRIDE, size); row++)
+      for (int column = max(x - CUBE_STRIDE, 0); column < min(x + CUBE_CELL + CUBE_STRIDE, size); column++)
+        most = max(most, texels[cube->first_texel + (uint)((face * size + row) * size + column)].w);
+    cells[cube->first_texel / (CUBE_CELL * CUBE_CELL) + (uint)i] = most;
   }
 }

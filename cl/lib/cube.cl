@@ -6,6 +6,7 @@
 typedef struct CubePlace {
   uint texel;          // the first of them, among those of all cubes
   uint size;           // texels to the next row
+  uint cell;           // among the cells of all cubes
   float across, down;  // towards the second column and row, 0..1
   float major;         // the direction's component along the face's axis, its magnitude
 } CubePlace;
@@ -26,6 +27,9 @@ static inline CubePlace cube_place(global const CubeInfo *cube, float3 d)
   place.across = x - (float)column;
   place.down = y - (float)row;
   place.size = cube->size;
+  uint across_cells = cube->size / CUBE_CELL;
+  place.cell = cube->first_texel / (CUBE_CELL * CUBE_CELL) + (face * across_cells + row / CUBE_CELL) * across_cells +
+               column / CUBE_CELL;
   place.texel = cube->first_texel + (face * cube->size + row) * cube->size + column;
   return place;
 }
@@ -39,22 +43,18 @@ static inline float4 cube_sample(global const float4 *texels, CubePlace place)
   return above + (below - above) * place.down;
 }
 
-// Closeness alone.
-static inline float cube_closeness(global const float4 *texels, CubePlace place)
-{
-  global const float4 *upper = texels + place.texel, *lower = upper + place.size;
-  float above = upper[0].w + (upper[1].w - upper[0].w) * place.across;
-  float below = lower[0].w + (lower[1].w - lower[0].w) * place.across;
-  return above + (below - above) * place.down;
-}
+// Closeness alone: bilinear, and the least and the most of the four texels.
+typedef struct CubeDepth {
+  float here, least, most;
+} CubeDepth;
 
-// Least over greatest closeness of the four texels: far from 1 where they show more than one surface.
-static inline float cube_evenness(global const float4 *texels, CubePlace place)
+static inline CubeDepth cube_depth(global const float4 *texels, CubePlace place)
 {
   global const float4 *upper = texels + place.texel, *lower = upper + place.size;
-  float least = min(min(upper[0].w, upper[1].w), min(lower[0].w, lower[1].w));
-  float most = max(max(upper[0].w, upper[1].w), max(lower[0].w, lower[1].w));
-  return most > 0 ? least / most : 1;
+  float a = upper[0].w, b = upper[1].w, c = lower[0].w, d = lower[1].w;
+  float above = a + (b - a) * place.across, below = c + (d - c) * place.across;
+  CubeDepth depth = {above + (below - above) * place.down, min(min(a, b), min(c, d)), max(max(a, b), max(c, d))};
+  return depth;
 }
 
 // Is a point of that closeness under the reflector's outermost surface, by more than `slack` of the distance? Where only

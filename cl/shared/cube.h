@@ -16,12 +16,18 @@ typedef struct CubeInfo {
   uint size;         // texels a side, a multiple of 8
   uint first_texel;  // of its faces among those of all cubes
   uint object;       // the reflector
+  float hull_least;  // least closeness of its surface: what is farther away is outside of it
 } CubeInfo;
-SHARED_SIZE(CubeInfo, 48);
+SHARED_SIZE(CubeInfo, 52);
 
 // Besides, of cubes that are marched through: closeness of the reflector's own outermost surface, CUBE_NO_HULL where it
 // has none.
 #define CUBE_NO_HULL 1e30f
+
+// And by cells of CUBE_CELL x CUBE_CELL texels of a face, row by row: the greatest closeness of the cell and of what lies
+// within CUBE_STRIDE texels of it on the face.
+#define CUBE_CELL 8
+#define CUBE_STRIDE 4
 
 #define CUBE_TEXELS(size) (CUBE_FACES * (size) * (size))
 #define CUBE_NONE 0xffffffffu  // of an object: it has no cube

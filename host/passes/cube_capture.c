@@ -13,6 +13,7 @@ Status cube_capture_make(CubeCapture *out, Device *device, const DeviceScene *sc
   TRY(program_kernel(&capture.peel, program, "cube_peel", log));
   TRY(program_kernel(&capture.keep, program, "cube_keep", log));
   TRY(program_kernel(&capture.hull, program, "cube_hull", log));
+  TRY(program_kernel(&capture.cells, program, "cube_cells", log));
   TRY(buffer_create(&capture.info, device, sizeof(CubeInfo), NULL, "cube map", log));
   TRY(buffer_create(&capture.left_out, device, scene->object_count * sizeof(uint32_t), NULL, "cube map", log));
   TRY(buffer_create(&capture.closeness, device, capacity * sizeof(float), NULL, "cube map", log));
@@ -32,6 +33,7 @@ void cube_capture_free(CubeCapture *capture)
   kernel_free(&capture->peel);
   kernel_free(&capture->keep);
   kernel_free(&capture->hull);
+  kernel_free(&capture->cells);
   buffer_free(&capture->info);
   buffer_free(&capture->left_out);
   buffer_free(&capture->closeness);
@@ -120,4 +122,12 @@ Status cube_capture_keep_hull(const CubeCapture *capture, Device *device, const 
                        ARGS(ARG_BUFFER(capture->info), ARG(wave->first_tile), ARG(pixels),
                             ARG_BUFFER(capture->closeness), ARG_BUFFER(*hull)),
                        log);
+}
+
+Status cube_capture_cells(const CubeCapture *capture, Device *device, uint32_t size, const DeviceBuffer *texels,
+                          const DeviceBuffer *cells, Log *log)
+{
+  size_t count = CUBE_TEXELS((size_t)size) / (CUBE_CELL * CUBE_CELL);
+  return device_launch(device, &capture->cells, work_items(device, count), count, "find what is close in a cube map",
+                       ARGS(ARG_BUFFER(capture->info), ARG_BUFFER(*texels), ARG_BUFFER(*cells)), log);
 }

@@ -7,7 +7,7 @@
 #include "shared/cube.h"
 
 typedef struct CubeCapture {
-  Kernel rays, peel, keep, hull;
+  Kernel rays, peel, keep, hull, cells;
   DeviceBuffer info;       // CubeInfo of the cube that is captured
   DeviceBuffer left_out;   // uint by object: 1 where it is passed
   DeviceBuffer closeness;  // float by slot
@@ -42,3 +42,7 @@ Status cube_capture_keep(const CubeCapture *capture, Device *device, const Wave 
 // Sets the hull of the wave's texels by the closeness of its inward rays; one sample.
 Status cube_capture_keep_hull(const CubeCapture *capture, Device *device, const Wave *wave, const DeviceBuffer *hull,
                               Log *log);
+
+// Fills the cells of the cube once all its texels are there.
+Status cube_capture_cells(const CubeCapture *capture, Device *device, uint32_t size, const DeviceBuffer *texels,
+                          const DeviceBuffer *cells, Log *log);

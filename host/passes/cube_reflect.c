@@ -3,7 +3,7 @@
 #include "passes/scene_args.h"
 
 Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
-                         uint32_t cube_count, const uint32_t *cube_of_object, bool has_hull, Log *log)
+                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, Log *log)
 {
   Status status = STATUS_OK;
   CubeReflect reflect = {.cube_count = cube_count};
@@ -17,7 +17,9 @@ Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *sc
                     log));
   TRY(buffer_create(&reflect.texels, device, texels * sizeof(Float4), NULL, "cube maps", log));
   TRY(buffer_zero(device, &reflect.texels, log));
-  TRY(buffer_create(&reflect.hull, device, has_hull ? texels * sizeof(float) : 0, NULL, "cube maps", log));
+  TRY(buffer_create(&reflect.hull, device, marched ? texels * sizeof(float) : 0, NULL, "cube maps", log));
+  TRY(buffer_create(&reflect.cells, device, marched ? texels / (CUBE_CELL * CUBE_CELL) * sizeof(float) : 0, NULL,
+                    "cube maps", log));
   TRY(buffer_create(&reflect.count, device, sizeof(uint32_t), NULL, "cube maps", log));
   *out = reflect;
   reflect = (CubeReflect){0};
@@ -34,6 +36,7 @@ void cube_reflect_free(CubeReflect *reflect)
   buffer_free(&reflect->cube_of_object);
   buffer_free(&reflect->texels);
   buffer_free(&reflect->hull);
+  buffer_free(&reflect->cells);
   buffer_free(&reflect->count);
   *reflect = (CubeReflect){0};
 }
@@ -61,8 +64,8 @@ Status cube_reflect(CubeReflect *reflect, Device *device, const DeviceScene *sce
       ARGS(ARG(map), ARG_BUFFER(rays->rays), ARG_BUFFER(rays->slots), ARG(rays->capacity), ARG(count),
            ARG_BUFFER(scene->object_starts), ARG(scene->object_count), ARG_BUFFER(reflect->cube_of_object),
            ARG_BUFFER(reflect->cubes), ARG_BUFFER(reflect->texels), ARG_BUFFER(reflect->hull),
-           ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels), ARG_BUFFER(*radiance),
-           ARG_BUFFER(left->rays), ARG_BUFFER(left->slots), ARG_BUFFER(reflect->count)),
+           ARG_BUFFER(reflect->cells), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
+           ARG_BUFFER(*radiance), ARG_BUFFER(left->rays), ARG_BUFFER(left->slots), ARG_BUFFER(reflect->count)),
       log));
   TRY(buffer_read(device, &reflect->count, left_count, sizeof *left_count, log));
   reflect->looked_up += count;

@@ -11,15 +11,15 @@ typedef struct CubeReflect {
   DeviceBuffer cubes;           // CubeInfo, [cube_count]
   DeviceBuffer cube_of_object;  // uint, [object_count]; CUBE_NONE
   DeviceBuffer texels;          // Float4 (shared/cube.h), of all cubes
-  DeviceBuffer hull;            // float, the same; empty where no method reads it
+  DeviceBuffer hull, cells;     // float, the same; empty where no method reads them
   DeviceBuffer count;
   uint32_t cube_count;
   uint64_t looked_up, left;  // rays so far: asked, and left to be traced
 } CubeReflect;
 
-// `cubes` and `cube_of_object` may be NULL where there are none. The texels are zero.
+// With `marched` there are hull and cells. `cubes` and `cube_of_object` may be NULL where there are none. The texels are zero.
 Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
-                         uint32_t cube_count, const uint32_t *cube_of_object, bool has_hull, Log *log);
+                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, Log *log);
 void cube_reflect_free(CubeReflect *reflect);
 
 // Adds to radiance[slot] what the method's map shows of rays [0, count) and copies the rays that it leaves to `left`,

@@ -117,16 +117,18 @@ static CubeInfo cube_fit(const DeviceScene *scene, uint32_t object, uint32_t siz
   if (!scene_object_bounds(scene->source, object, &low, &high)) low = high = vec3(0, 0, 0);
   Vec3 center = vec3_scale(vec3_add(low, high), 0.5);
   double margin = 1e-5 * scene->extent_m;  // rounding of rays that start on the box
+  const Vec3 half = vec3_scale(vec3_sub(high, low), 0.5);
   const Vec3 wider = vec3(margin, margin, margin);
   return (CubeInfo){.center = narrow(center),
                     .low = narrow(vec3_sub(vec3_sub(scene->low, wider), center)),
                     .high = narrow(vec3_sub(vec3_add(scene->high, wider), center)),
                     .size = size,
-                    .object = object};
+                    .object = object,
+                    .hull_least = (float)(0.999 / fmax(fmax(half.x, half.y), fmax(half.z, margin)))};
 }
 
 // Is a cube marched through?
-static bool uses_hull(const Plan *plan)
+static bool marches(const Plan *plan)
 {
   return plan->reflections == REFLECTIONS_IMPOSTOR || plan->deep_reflections == REFLECTIONS_IMPOSTOR;
 }
@@ -139,7 +141,7 @@ static uint32_t cubes_fit(CubeInfo *cubes, uint32_t *cube_of_object, Frame *fram
   const uint64_t usual_most = 512000000, quarter = device_info(frame->device)->memory_bytes / 4;
   const uint64_t most = options->max_bytes ? options->max_bytes : usual_most < quarter ? usual_most : quarter;
   ReflectorSummary *summary = &frame->reflectors;
-  const uint64_t texel_bytes = sizeof(Float4) + (uses_hull(&frame->request.plan) ? sizeof(float) : 0);
+  const uint64_t texel_bytes = sizeof(Float4) + (marches(&frame->request.plan) ? sizeof(float) : 0);
   uint32_t kept = 0;
   *summary = (ReflectorSummary){.visible = count};
   for (uint32_t i = 0; i < count; i++) {
@@ -241,7 +243,7 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
   bool by_chance = request.plan.environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
                    request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO || request.plan.shadows == SHADOWS_AREA ||
                    request.plan.max_roughness > 0;
-  const bool has_hull = uses_hull(&request.plan);
+  const bool marched = marches(&request.plan);
   uint32_t *left_out = calloc((size_t)objects + 1, sizeof *left_out);
   if (!left_out) return log_no_memory(log, "cube maps");
   frame->capturing = true;
@@ -254,10 +256,12 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object == cubes[i].object;
     TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], left_out, log));
     TRY(cube_draw(frame, &cubes[i], by_chance ? smaller(request.samples, SAMPLES_MOST) : 1, log));
-    if (!has_hull) continue;
+    if (!marched) continue;
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object != cubes[i].object;
     TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], left_out, log));
     TRY(hull_draw(frame, &cubes[i], log));
+    TRY(cube_capture_cells(&frame->cube_capture, frame->device, cubes[i].size, &frame->cube_reflect.texels,
+                           &frame->cube_reflect.cells, log));
   }
   TRY(device_finish(frame->device, log));
 
@@ -296,7 +300,7 @@ Status reflectors_prepare(Frame *frame, Log *log)
     qsort(reflectors, count, sizeof *reflectors, reflector_compare);
     kept = cubes_fit(cubes, cube_of_object, frame, reflectors, count, factor, log);
   }
-  TRY(cube_reflect_make(&frame->cube_reflect, frame->device, frame->scene, cubes, kept, cube_of_object, uses_hull(plan),
+  TRY(cube_reflect_make(&frame->cube_reflect, frame->device, frame->scene, cubes, kept, cube_of_object, marches(plan),
                         log));
   if (kept) TRY(cubes_draw(frame, cubes, kept, log));
 

@@ -222,6 +222,25 @@ uint32_t scene_add_sphere(Scene *scene, int material, Vec3 center, double radius
   return scene->object_count - 1;
 }
 
+void scene_join_last(Scene *scene)
+{
+  if (scene->incomplete || scene->object_count < 2) return;
+  Mesh *mesh = &scene->meshes[scene->mesh_count - 2], *last = mesh + 1;
+  size_t all = (size_t)mesh->primitive_count + last->primitive_count;
+  Primitive *primitives = realloc(mesh->primitives, all * sizeof *primitives);
+  if (!primitives) {
+    scene->incomplete = true;
+    return;
+  }
+  memcpy(primitives + mesh->primitive_count, last->primitives, last->primitive_count * sizeof *primitives);
+  mesh->primitives = primitives;
+  mesh->primitive_count = (uint32_t)all;
+  free(last->primitives);
+  free(last->name);
+  free(scene->objects[--scene->object_count].name);
+  scene->mesh_count--;
+}
+
 Light light_point(Vec3 position, double intensity_cd)
 {
   return (Light){.kind = LIGHT_POINT,

@@ -31,6 +31,9 @@ uint32_t scene_add_box(Scene *scene, int material, Vec3 low, Vec3 high);
 // `rings` x 2 rings faces with the sphere's own normals, inside it by twice radius x (1 - cos(pi / 2 / rings)) at most.
 uint32_t scene_add_sphere(Scene *scene, int material, Vec3 center, double radius, int rings);
 
+// Makes one object of the last two: the first of them then has the materials and shapes of both.
+void scene_join_last(Scene *scene);
+
 // White lights; change what they return for others.
 Light light_point(Vec3 position, double intensity_cd);
 Light light_spot(Vec3 position, Vec3 towards, double intensity_cd, double inner_rad, double outer_rad);

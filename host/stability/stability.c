@@ -4,7 +4,7 @@
 
 static const double warning_slack = 4;
 
-const StabilityTable *const stability_tables[STABILITY_TABLES] = {&shadow_table, &geometry_table};
+const StabilityTable *const stability_tables[STABILITY_TABLES] = {&shadow_table, &reflection_table, &geometry_table};
 
 static bool is_over(const StabilityPoint *point) { return !(point->measured <= point->bound); }
 

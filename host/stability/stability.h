@@ -43,10 +43,10 @@ typedef struct StabilityTable {
   uint32_t row_count;
 } StabilityTable;
 
-// One table a file: shadow_rows.c, geometry_rows.c.
-enum { STABILITY_TABLES = 2 };
+// One table a file: shadow_rows.c, reflection_rows.c, geometry_rows.c.
+enum { STABILITY_TABLES = 3 };
 extern const StabilityTable *const stability_tables[STABILITY_TABLES];
-extern const StabilityTable shadow_table, geometry_table;
+extern const StabilityTable shadow_table, reflection_table, geometry_table;
 
 typedef struct StabilityCurve {
   StabilityPoint points[STABILITY_POINTS_MOST];

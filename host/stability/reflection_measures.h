@@ -1,0 +1,11 @@
+// How the rows of reflection_rows.c are measured, each by the rung that it names; the shadows' method is of no account.
+// The point's value is the row's parameter, named there.
+#pragma once
+
+#include "stability/stability.h"
+
+Status measure_cube_parallax(StabilityPoint *point, Lab *lab, ShadowMethod method);
+Status measure_impostor_parallax(StabilityPoint *point, Lab *lab, ShadowMethod method);
+Status measure_cube_seam(StabilityPoint *point, Lab *lab, ShadowMethod method);
+Status measure_self_reflection(StabilityPoint *point, Lab *lab, ShadowMethod method);
+Status measure_bounds_crossing(StabilityPoint *point, Lab *lab, ShadowMethod method);

@@ -1,0 +1,48 @@
+// The reflection rows of the catalogue.
+
+#include "stability/reflection_measures.h"
+
+static const StabilityRow rows[] = {
+    {.name = "cube-parallax",
+     .failure = "a cube map shows all as if far away",
+     .scene = "ball that comes towards a flat mirror, by cube",
+     .parameter = "metres from the cube's centre",
+     .quantity = "radians between where it is and where it is shown",
+     .bound = "asin(o / D sin(phi)), half a texel and a tenth of a pixel",
+     .sweep = {{64, 32, 16, 8, 4, 2, 1.5}, 7, 1u | 1u << 3 | 1u << 6},
+     .measure = measure_cube_parallax},
+    {.name = "impostor-parallax",
+     .failure = "the distances of a cube map are those of its texels",
+     .scene = "ball that comes towards a flat mirror, by impostor",
+     .parameter = "metres from the cube's centre",
+     .quantity = "radians between where it is and where it is shown",
+     .bound = "half a texel and a tenth of a pixel",
+     .sweep = {{64, 32, 16, 8, 4, 2, 1.5}, 7, 1u | 1u << 3 | 1u << 6},
+     .measure = measure_impostor_parallax},
+    {.name = "cube-seam",
+     .failure = "faces of a cube map do not fit together",
+     .scene = "smooth sky in a flat mirror that turns, by a coarse cube",
+     .parameter = "degrees turned",
+     .quantity = "greatest change of the error over an edge of two faces",
+     .bound = "the greatest from pixel to pixel within a face",
+     .sweep = {{0, 10, 20, 30, 45, 60, 80}, 7, 1u | 1u << 3},
+     .measure = measure_cube_seam},
+    {.name = "self-reflection",
+     .failure = "a reflector is not in its own cube map",
+     .scene = "two balls that are one mirror, by impostor",
+     .parameter = "metres between both",
+     .quantity = "share of the reflector wrong away from edges",
+     .bound = "0",
+     .sweep = {{2, 1, 0.5, 0.2, 0.05}, 5, 1u | 1u << 3},
+     .measure = measure_self_reflection},
+    {.name = "bounds-crossing",
+     .failure = "an object reaches into the reflector's bounds",
+     .scene = "box that moves into a corner beside a mirror ball, by impostor",
+     .parameter = "metres from the ball's bounds; below 0: within",
+     .quantity = "share of the reflector wrong away from edges",
+     .bound = "0",
+     .sweep = {{1, 0.5, 0.2, 0.05, 0, -0.05, -0.1}, 7, 1u | 1u << 3 | 1u << 6},
+     .measure = measure_bounds_crossing},
+};
+
+const StabilityTable reflection_table = {"reflections", rows, sizeof rows / sizeof *rows};
