@@ -3,11 +3,12 @@
 // picture.
 //
 //   cube_rays   a ray a texel, from the centre through the texel's centre, with a component of 1 along the face's axis:
-//               t is the distance along it. Or, with `inward_m` above 0, back to the centre from that far along the axis
+//               t is the distance along it. With `inward_m` above 0 back to the centre, from that far along the axis
 //   cube_peel   of rays that hit an object that is left out, sends on what goes past it, packed; of all others writes
 //               hit and closeness by slot. Traced and peeled again until none is left, or as often as the host allows
 //   cube_keep   radiance and closeness of a wave into the cube's texels
-//   cube_hull   closeness of a wave of inward rays, for which all but the reflector is left out: of its outermost surface
+//   cube_hull   closeness of a wave of inward rays, for which all but the reflector is left out: of its outermost
+//               surface
 //   cube_cells  the cells of a cube whose texels are all there
 //
 //   Cost  a ray a texel and one more for each surface that is left out; 44 bytes written a ray, 32 a texel moved.

@@ -8,19 +8,20 @@
 //         left_rays        the rays that are left to be traced, packed: those of rough surfaces, of objects without a
 //                          cube, and those of which a method says itself that it cannot tell
 //
-//   REFLECT_BY_ENVIRONMENT  what lies in the ray's direction beyond the scene. Fails wherever the scene stands before it.
+//   REFLECT_BY_ENVIRONMENT  what lies in the ray's direction beyond the scene. Fails wherever the scene stands before
+//                           it.
 //   REFLECT_BY_CUBE         what the cube shows in the ray's direction, as if all of it were infinitely far away. The
 //                           error is that of host/plan/cube_error.h.
 //   REFLECT_BY_BOX          what it shows where the ray meets the box. Exact (but for the texels) where that is where
 //                           the walls are; what stands within the box is displaced, more than by REFLECT_BY_CUBE where
 //                           it is near. Rays that start outside the box are left.
-//   REFLECT_BY_IMPOSTOR     what it shows where the ray goes behind the surface that the cube saw: marched in strides of
-//                           CUBE_STRIDE texels, texel by texel where a cell holds something as close as the ray, and
+//   REFLECT_BY_IMPOSTOR     what it shows where the ray goes behind the surface that the cube saw: marched in strides
+//                           of CUBE_STRIDE texels, texel by texel where a cell holds something as close as the ray, and
 //                           halved IMPOSTOR_HALVINGS times. Left are rays that come behind any of four texels that show
 //                           more than one surface (silhouettes, and what they hide), rays that start behind one, and
 //                           those that are under the reflector's own outermost surface on their way. Fails where no
-//                           texel saw a thing, and where the reflector shows itself from hollows of less than HULL_SLACK
-//                           of the distance from its centre.
+//                           texel saw a thing, and where the reflector shows itself from hollows of less than
+//                           HULL_SLACK of the distance from its centre.
 //
 //   Cost  16 bytes x 4 a lookup; by the impostor 4 bytes a stride, up to size / 2 of them, and 64 a texel of the way.
 //   The reflector itself is not in its cube: by the other methods it does not show itself.

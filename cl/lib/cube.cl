@@ -57,8 +57,8 @@ static inline CubeDepth cube_depth(global const float4 *texels, CubePlace place)
   return depth;
 }
 
-// Is a point of that closeness under the reflector's outermost surface, by more than `slack` of the distance? Where only
-// some of the four texels show the reflector, under the farthest of them.
+// Is a point of that closeness under the reflector's outermost surface, by more than `slack` of the distance? Where
+// only some of the four texels show the reflector, under the farthest of them.
 static inline bool hull_holds(global const float *hull, CubePlace place, float closeness, float slack)
 {
   global const float *upper = hull + place.texel, *lower = upper + place.size;

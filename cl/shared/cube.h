@@ -5,9 +5,9 @@
 #include "shared/types.h"
 
 // Faces +x, -x, +y, -y, +z, -z, each size x size texels of radiance and closeness: 1 / distance along the face's axis,
-// 0 where nothing was hit. That is linear over a face wherever it shows a plane. Along a face, columns run with the axis
-// after the face's own (y for x, z for y, x for z), rows with the one after that. The outermost texels' centres lie on
-// the cube's edges, so that faces that meet have the same texels there.
+// 0 where nothing was hit. That is linear over a face wherever it shows a plane. Along a face, columns run with the
+// axis after the face's own (y for x, z for y, x for z), rows with the one after that. The outermost texels' centres
+// lie on the cube's edges, so that faces that meet have the same texels there.
 #define CUBE_FACES 6
 
 typedef struct CubeInfo {
@@ -24,8 +24,8 @@ SHARED_SIZE(CubeInfo, 52);
 // has none.
 #define CUBE_NO_HULL 1e30f
 
-// And by cells of CUBE_CELL x CUBE_CELL texels of a face, row by row: the greatest closeness of the cell and of what lies
-// within CUBE_STRIDE texels of it on the face.
+// And by cells of CUBE_CELL x CUBE_CELL texels of a face, row by row: the greatest closeness of the cell and of what
+// lies within CUBE_STRIDE texels of it on the face.
 #define CUBE_CELL 8
 #define CUBE_STRIDE 4
 

@@ -17,7 +17,8 @@ typedef struct CubeReflect {
   uint64_t looked_up, left;  // rays so far: asked, and left to be traced
 } CubeReflect;
 
-// With `marched` there are hull and cells. `cubes` and `cube_of_object` may be NULL where there are none. The texels are zero.
+// With `marched` there are hull and cells. `cubes` and `cube_of_object` may be NULL where there are none. The texels
+// are zero.
 Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
                          uint32_t cube_count, const uint32_t *cube_of_object, bool marched, Log *log);
 void cube_reflect_free(CubeReflect *reflect);

@@ -6,8 +6,9 @@
 //
 //   sin(eps) / o = sin(phi) / D,   phi the angle between CP and d (that at P is pi - phi), D the distance CH,
 //
-// so that sin(eps) = (o / D) sin(phi) <= o / D. It says nothing of what hides what: C may see H, P not, or the other way
-// round, and then the whole of an object is there too much or too little; and where D < o any direction is possible.
+// so that sin(eps) = (o / D) sin(phi) <= o / D. It says nothing of what hides what: C may see H, P not, or the other
+// way round, and then the whole of an object is there too much or too little; and where D < o any direction is
+// possible.
 //
 // On the picture, what is seen in the reflector moves by eps over the change of the reflected ray from a pixel to the
 // next. That is a pixel's own angle for a flat mirror, and 1 + 2 L / (R cos(theta)) times that, in the plane of

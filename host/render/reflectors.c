@@ -7,8 +7,6 @@
 #include "render/bounce.h"
 #include "shared/stream.h"
 
-enum { SIGHT_PX = 320 };
-
 typedef struct Reflector {
   uint32_t object;
   uint32_t pixels;  // of the small picture
