@@ -208,6 +208,14 @@ int main(int argc, char **argv)
     if (wanted && method != SHADOWS_RAYS) TRY(render(device, &scene, settings, AOV_SET_NONE));
   }
 
+  settings->shadows = SHADOWS_NONE;
+  settings->cubes.size_px = lanes == 1 ? 8 : 16;
+  for (ReflectionMethod method = REFLECTIONS_ENVIRONMENT; method < REFLECTIONS_RAYS; method++) {
+    settings->reflections = method;
+    if (small ? lanes == 16 && method == REFLECTIONS_IMPOSTOR : lanes != 8)
+      TRY(render(device, &scene, settings, AOV_SET_NONE));
+  }
+
   TRY(device_scene_make(&device_scene, device, &scene, NULL, &picture_log));
   TRY(depth_maps(device, &device_scene, RASTER_WAY_BINS));
   if (lanes == 1) {
