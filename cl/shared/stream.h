@@ -21,9 +21,9 @@ enum RayField {
   RAY_WEIGHT_B,
   // In streams of reflected rays, where rough surfaces reflect: the density, 1 / sr, with which the surface chose the
   // direction among those that it samples; INFINITY where it had no choice (mirrors).
-  RAY_DENSITY,
   // Where maps may answer reflected rays, of those that mirrors reflect: the bits of the id of the triangle that the
   // ray starts on, with RAY_FROM_MIRROR.
+  RAY_DENSITY,
   RAY_FIELD_COUNT
 };
 
