@@ -8,25 +8,9 @@
 
 #include <cmocka.h>
 
-#include "plan/cube_error.h"
 #include "scene/scene_build.h"
+#include "support/mirrors.h"
 #include "support/oracle_camera.h"
-#include "support/picture_fixture.h"
-
-static PictureRequest request_of(uint32_t side, ReflectionMethod method, uint32_t cube_px)
-{
-  PictureRequest request = picture_request(side, side, 1);
-  request.settings.reflections = method;
-  request.settings.cubes.size_px = cube_px;
-  return request;
-}
-
-static int mirror_add(Scene *scene, bool double_sided)
-{
-  Material mirror = material_plain(vec3(0.9, 0.9, 0.9), 1, 0);
-  mirror.double_sided = double_sided;
-  return scene_add_material(scene, mirror);
-}
 
 static double pixel_difference(const Picture *a, const Picture *b, size_t i)
 {
@@ -91,31 +75,16 @@ static Scene room_scene(void)
 
 // ---- the environment ------------------------------------------------------------------------------------------------
 
-// A sky as smooth as a cosine, so that its second derivative is 1 a radian squared at most.
-static void sky_paint(Scene *scene)
-{
-  enum { WIDTH = 512, HEIGHT = 256 };
-  float(*colors)[3] = calloc((size_t)WIDTH * HEIGHT, sizeof *colors);
-  assert_non_null(colors);
-  for (int i = 0; i < WIDTH * HEIGHT; i++) {
-    double p = 2 * M_PI * ((i % WIDTH + 0.5) / WIDTH - 0.5), t = M_PI * (i / WIDTH + 0.5) / HEIGHT;
-    colors[i][0] = (float)(2 + cos(p) * sin(t));
-    colors[i][1] = (float)(2 + cos(t));
-    colors[i][2] = (float)(2 + sin(p) * sin(t));
-  }
-  scene_set_image(scene, WIDTH, HEIGHT, (const float(*)[3])colors);
-  free(colors);
-}
-
 static void a_mirror_in_the_sky_is_the_same_by_environment_and_by_rays(void **state)
 {
   static const uint32_t widths[] = {0, 8, 1};
   Scene scene = scene_empty();
-  sky_paint(&scene);
-  scene_add_sphere(&scene, mirror_add(&scene, false), vec3(0, 0, 0), 1, 24);
+  mirrors_sky(&scene);
+  scene_add_sphere(&scene, mirrors_material(&scene, false), vec3(0, 0, 0), 1, 24);
   Camera camera = camera_perspective(vec3(1, 2, 4), vec3(0, 0, 0), 0.6);
   for (int i = 0; i < 3; i++) {
-    PictureRequest by_rays = request_of(48, REFLECTIONS_RAYS, 0), by_map = request_of(48, REFLECTIONS_ENVIRONMENT, 0);
+    PictureRequest by_rays = mirrors_request(48, REFLECTIONS_RAYS, 0),
+                   by_map = mirrors_request(48, REFLECTIONS_ENVIRONMENT, 0);
     by_rays.lanes = by_map.lanes = widths[i];
     Picture rays = picture_render(&scene, &camera, &by_rays), map = picture_render(&scene, &camera, &by_map);
     picture_assert_signal(&rays, 0.5);
@@ -131,12 +100,12 @@ static void a_mirror_in_the_sky_is_the_same_by_environment_and_by_rays(void **st
 static void a_cube_of_the_sky_is_off_by_no_more_than_interpolation(void **state)
 {
   Scene scene = scene_empty();
-  sky_paint(&scene);
-  scene_add_sphere(&scene, mirror_add(&scene, false), vec3(0, 0, 0), 1, 24);
+  mirrors_sky(&scene);
+  scene_add_sphere(&scene, mirrors_material(&scene, false), vec3(0, 0, 0), 1, 24);
   Camera camera = camera_perspective(vec3(1, 2, 4), vec3(0, 0, 0), 0.6);
   for (ReflectionMethod method = REFLECTIONS_CUBE; method <= REFLECTIONS_IMPOSTOR; method += 2)
     for (uint32_t size = 16; size <= 64; size *= 2) {
-      PictureRequest by_rays = request_of(48, REFLECTIONS_RAYS, 0), by_map = request_of(48, method, size);
+      PictureRequest by_rays = mirrors_request(48, REFLECTIONS_RAYS, 0), by_map = mirrors_request(48, method, size);
       Picture rays = picture_render(&scene, &camera, &by_rays), map = picture_render(&scene, &camera, &by_map);
       double texel = 2.0 / (size - 1), bound = 2 * texel * texel / 8 + 1e-4, most = 0;
       for (size_t i = 0; i < 48 * 48; i++) most = fmax(most, pixel_difference(&rays, &map, i));
@@ -167,13 +136,14 @@ static void faces_meet_without_a_seam(void **state)
   size_t crossed = 0;
   for (int turn = 0; turn < TURNS; turn++) {
     Scene scene = scene_empty();
-    sky_paint(&scene);
+    mirrors_sky(&scene);
     double angle = 0.3 * turn, c = cos(angle), s = sin(angle);
     const Vec3 u = {c, 0, -s}, v = {0, 1, 0}, n = {s, 0, c};
     Vec3 corner = vec3_scale(vec3_add(u, v), -30);
-    scene_add_quad(&scene, mirror_add(&scene, false), corner, vec3_scale(u, 60), vec3_scale(v, 60));
+    scene_add_quad(&scene, mirrors_material(&scene, false), corner, vec3_scale(u, 60), vec3_scale(v, 60));
     Camera camera = camera_perspective(vec3_scale(n, 2), vec3(0, 0, 0), 1.9);
-    PictureRequest by_map = request_of(SIDE, REFLECTIONS_CUBE, 16), by_rays = request_of(SIDE, REFLECTIONS_RAYS, 0);
+    PictureRequest by_map = mirrors_request(SIDE, REFLECTIONS_CUBE, 16),
+                   by_rays = mirrors_request(SIDE, REFLECTIONS_RAYS, 0);
     Picture rays = picture_render(&scene, &camera, &by_rays), map = picture_render(&scene, &camera, &by_map);
     for (size_t i = 0; i + 1 < SIDE * SIDE; i++) {
       if (i % SIDE + 1 == SIDE) continue;
@@ -207,11 +177,11 @@ static void room_compare(size_t *wrong, size_t *even, ReflectionMethod method, d
                          Vec3 center)
 {
   Scene scene = room_scene();
-  scene_add_sphere(&scene, mirror_add(&scene, double_sided), center, radius, 64);
+  scene_add_sphere(&scene, mirrors_material(&scene, double_sided), center, radius, 64);
   Vec3 eye = vec3_add(center, vec3_scale(vec3(0.5, 0.4, 1), 4 * radius));
   Camera camera = camera_perspective(eye, center, 0.5);
   camera.znear_m = radius / 100;
-  PictureRequest by_rays = request_of(96, REFLECTIONS_RAYS, 0), by_map = request_of(96, method, 256);
+  PictureRequest by_rays = mirrors_request(96, REFLECTIONS_RAYS, 0), by_map = mirrors_request(96, method, 256);
   Picture rays = picture_render(&scene, &camera, &by_rays), map = picture_render(&scene, &camera, &by_map);
   picture_assert_signal(&rays, 0.5);
   *wrong = even_and_wrong(&rays, &map, 1, 1e-4, even);
@@ -262,12 +232,12 @@ static void the_impostor_shows_a_ball_where_its_mirror_image_is(void **state)
   static const double radius = 0.4, margin = 0.02;  // the ball is a polyhedron: 1 - cos(pi / 2 / 48) of the radius
   const Vec3 image = vec3(0.5, -0.3, -1.2);
   Scene scene = scene_empty();
-  scene_add_quad(&scene, mirror_add(&scene, false), vec3(-2, -2, 0), vec3(4, 0, 0), vec3(0, 4, 0));
+  scene_add_quad(&scene, mirrors_material(&scene, false), vec3(-2, -2, 0), vec3(4, 0, 0), vec3(0, 4, 0));
   scene_add_sphere(&scene, scene_add_material(&scene, material_glowing(vec3(2, 2, 2))), vec3(0.5, -0.3, 1.2), radius,
                    48);
   Camera camera = camera_perspective(vec3(-2.5, 1, 3), vec3(0, 0, 0), 0.5);
   for (ReflectionMethod method = REFLECTIONS_CUBE; method <= REFLECTIONS_RAYS; method++) {
-    PictureRequest request = request_of(SIDE, method, 128);
+    PictureRequest request = mirrors_request(SIDE, method, 128);
     Picture picture = picture_render(&scene, &camera, &request);
     size_t wrong = 0, shown = 0;
     for (uint32_t i = 0; i < SIDE * SIDE; i++) {
@@ -284,85 +254,6 @@ static void the_impostor_shows_a_ball_where_its_mirror_image_is(void **state)
     picture_free(&picture);
   }
   scene_free(&scene);
-}
-
-// ---- parallax -------------------------------------------------------------------------------------------------------
-
-// Where a glowing thing is seen, in pixels from the top left.
-static void glow_center(double at[2], const Picture *picture)
-{
-  double sum = 0;
-  at[0] = at[1] = 0;
-  for (size_t i = 0; i < (size_t)picture->width * picture->height; i++) {
-    double weight = (double)picture->radiance[i][1];
-    sum += weight;
-    at[0] += weight * ((double)(i % picture->width) + 0.5);
-    at[1] += weight * ((double)(i / picture->width) + 0.5);
-  }
-  if (!(sum > 50)) fail_msg("%g pixels glow", sum);
-  at[0] /= sum;
-  at[1] /= sum;
-}
-
-static double angle_between(Vec3 a, Vec3 b) { return atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b)); }
-
-// A ball that comes towards a flat mirror: by rays it is seen in one direction, by the cube in another, and the angle
-// between both is that of plan/cube_error.h. Far away it falls as 1 / D. A tenth of a pixel is what a centre is found
-// by.
-static void parallax_is_that_of_the_closed_form(void **state)
-{
-  enum { SIDE = 160, STEPS = 5 };
-  double measured[STEPS], distance = 1.5, slack = 0.1 * 0.9 / SIDE;
-  const Vec3 towards = vec3_unit_or(vec3(0.3, 0.2, 1), vec3(0, 0, 1));
-  for (int i = 0; i < STEPS; i++, distance *= 2) {
-    Scene scene = scene_empty();
-    Vec3 target = vec3_scale(towards, distance);
-    scene_add_quad(&scene, mirror_add(&scene, false), vec3(-3, -3, 0), vec3(6, 0, 0), vec3(0, 6, 0));
-    scene_add_sphere(&scene, scene_add_material(&scene, material_glowing(vec3(1, 1, 1))), target, 0.08 * distance, 16);
-    Camera camera = camera_perspective(vec3(-1.2, -0.8, 1.2), vec3(-0.6, -0.4, 0), 0.9);
-    Vec3 directions[2], at = {0}, sight = {0};
-    for (int map = 0; map < 2; map++) {
-      double center[2];
-      PictureRequest request = request_of(SIDE, map ? REFLECTIONS_CUBE : REFLECTIONS_RAYS, 256);
-      request.settings.lighting = LIGHTING_PHONG;  // a mirror's share is the same everywhere
-      request.settings.ambient = 0;
-      Picture picture = picture_render(&scene, &camera, &request);
-      glow_center(center, &picture);
-      OracleRay ray = oracle_camera_ray(&camera, SIDE, SIDE, center[0], center[1]);
-      directions[map] = ray.direction;
-      if (!map) at = vec3_sub(ray.origin, vec3_scale(ray.direction, ray.origin.z / ray.direction.z));
-      if (!map) sight = vec3(ray.direction.x, ray.direction.y, -ray.direction.z);
-      picture_free(&picture);
-    }
-    measured[i] = angle_between(directions[0], directions[1]);
-    double bound = cube_parallax_rad(&(CubeSight){vec3_length(at), distance, angle_between(at, sight)});
-    if (!(fabs(measured[i] - bound) < slack + 0.02 * bound))
-      fail_msg("%g at %g m, not %g", measured[i], distance, bound);
-    assert_true(bound <= cube_parallax_most_rad(vec3_length(at), distance));
-    scene_free(&scene);
-  }
-  double slope = log(measured[STEPS - 1] / measured[STEPS - 2]) / log(2);
-  if (fabs(slope + 1) > 0.1) fail_msg("the slope is %g", slope);
-}
-
-// In the plane of incidence, two rays a small angle apart off a sphere, reflected exactly.
-static void a_reflected_rays_change_is_that_of_two_rays(void **state)
-{
-  static const double radius = 0.5, distance = 3, step = 1e-6;
-  for (double slant = 0; slant < 1.3; slant += 0.25) {
-    Vec3 hit = {radius, 0, 0}, eye = vec3_add(hit, vec3(distance * cos(slant), distance * sin(slant), 0)), out[2];
-    double middle = atan2(-sin(slant), -cos(slant));
-    for (int i = 0; i < 2; i++) {
-      Vec3 d = vec3(cos(middle + (i - 0.5) * step), sin(middle + (i - 0.5) * step), 0);
-      double b = vec3_dot(eye, d), t = -b - sqrt(b * b - vec3_dot(eye, eye) + radius * radius);
-      Vec3 n = vec3_scale(vec3_add(eye, vec3_scale(d, t)), 1 / radius);
-      out[i] = vec3_sub(d, vec3_scale(n, 2 * vec3_dot(d, n)));
-    }
-    ReflectorView view = {step, distance, radius, slant, 100, 50};
-    assert_true(fabs(angle_between(out[0], out[1]) / reflected_change_rad(&view) - 1) < 1e-4);
-    assert_true(fabs(cube_wrong_px(&view, 0.1 * reflected_change_rad(&view)) - 10) < 1e-9);
-    assert_true(cube_wrong_px(&view, 1) == 50);
-  }
 }
 
 // ---- what has no map ------------------------------------------------------------------------------------------------
@@ -390,7 +281,7 @@ static ReflectorSummary summary_of(const Scene *scene, const Camera *camera, con
 static Scene balls_scene(int across, double radius)
 {
   Scene scene = room_scene();
-  int mirror = mirror_add(&scene, false);
+  int mirror = mirrors_material(&scene, false);
   for (int i = 0; i < across * across; i++)
     scene_add_sphere(&scene, mirror,
                      vec3((i % across + 0.5) * 2.0 / across - 1, (i / across + 0.5) * 2.0 / across - 1, 0), radius, 4);
@@ -403,7 +294,7 @@ static void a_thousand_reflectors_keep_to_the_budget(void **state)
 {
   Scene scene = balls_scene(32, 0.02);
   Camera camera = camera_perspective(vec3(0, 0, 1.65), vec3(0, 0, 0), 1.5);
-  RenderSettings settings = request_of(256, REFLECTIONS_CUBE, 0).settings;
+  RenderSettings settings = mirrors_request(256, REFLECTIONS_CUBE, 0).settings;
   settings.cubes.max_bytes = 10 * CUBE_TEXELS(32) * 16;
   ReflectorSummary summary = summary_of(&scene, &camera, &settings);
   assert_int_equal(summary.visible, 1024);
@@ -418,7 +309,7 @@ static void what_has_no_map_is_traced(void **state)
 {
   Scene scene = balls_scene(2, 0.4);
   Camera camera = camera_perspective(vec3(0.3, 0, 1.65), vec3(0, 0, 0), 1.5);
-  PictureRequest by_rays = request_of(64, REFLECTIONS_RAYS, 0), by_map = request_of(64, REFLECTIONS_CUBE, 64);
+  PictureRequest by_rays = mirrors_request(64, REFLECTIONS_RAYS, 0), by_map = mirrors_request(64, REFLECTIONS_CUBE, 64);
   by_rays.settings.max_depth = by_map.settings.max_depth = 1;
   Picture rays = picture_render(&scene, &camera, &by_rays), some, none;
   by_map.settings.cubes.max_bytes = 1;
@@ -442,7 +333,7 @@ static void odd_reflectors_make_pictures(void **state)
   for (ReflectionMethod method = REFLECTIONS_ENVIRONMENT; method <= REFLECTIONS_IMPOSTOR; method++)
     for (int i = 0; i < 5; i++) {
       Scene scene = i == 4 ? scene_empty() : room_scene();
-      int mirror = mirror_add(&scene, true);
+      int mirror = mirrors_material(&scene, true);
       if (i == 0 || i == 1) scene_add_sphere(&scene, mirror, vec3(0, 0, 0), 0.5, 8);
       if (i == 1) scene_add_sphere(&scene, mirror, vec3(0, 0, 0), 0.25, 8);
       if (i == 2) scene_add_quad(&scene, mirror, vec3(-1, 0, 0), vec3(2, 0, 0), vec3(0, 0, 0));
@@ -450,7 +341,7 @@ static void odd_reflectors_make_pictures(void **state)
       if (i == 4) scene_add_box(&scene, mirror, vec3(-1, -1, -1), vec3(1, 1, 1));
       Camera camera = camera_perspective(vec3(0, 0, i == 2 ? 1.5 : 0), vec3(0, 0.1, -1), 1);
       camera.znear_m = 1e-3;
-      PictureRequest request = request_of(32, method, 16);
+      PictureRequest request = mirrors_request(32, method, 16);
       Picture picture = picture_render(&scene, &camera, &request);
       for (size_t k = 0; k < 32 * 32; k++)
         for (int c = 0; c < 4; c++) assert_true(isfinite(picture.radiance[k][c]) && picture.radiance[k][c] >= 0);
@@ -464,7 +355,7 @@ static void deeper_bounces_may_be_left_out(void **state)
 {
   Scene scene = balls_scene(2, 0.4);
   Camera camera = camera_perspective(vec3(0.3, 0, 1.65), vec3(0, 0, 0), 1.5);
-  PictureRequest once = request_of(64, REFLECTIONS_RAYS, 0), all = once, deep = once;
+  PictureRequest once = mirrors_request(64, REFLECTIONS_RAYS, 0), all = once, deep = once;
   once.settings.max_depth = 1;
   deep.settings.deep_reflections = REFLECTIONS_NONE;
   Picture by_depth = picture_render(&scene, &camera, &once), by_method = picture_render(&scene, &camera, &deep);
@@ -494,7 +385,7 @@ static void the_bytes_do_not_hang_on_the_waves(void **state)
   Scene scene = balls_scene(3, 0.25);
   scene_add_light(&scene, light_point(vec3(0, 1, 1), 10));
   Camera camera = camera_perspective(vec3(0.3, 0, 1.65), vec3(0, 0, 0), 1.5);
-  PictureRequest request = request_of(64, REFLECTIONS_IMPOSTOR, 64);
+  PictureRequest request = mirrors_request(64, REFLECTIONS_IMPOSTOR, 64);
   Picture whole = picture_render(&scene, &camera, &request), again = picture_render(&scene, &camera, &request);
   request.wave_rays = 2048;
   Picture parts = picture_render(&scene, &camera, &request);
@@ -515,8 +406,6 @@ int main(void)
       cmocka_unit_test(a_reflector_as_small_as_a_point_is_exact),
       cmocka_unit_test(the_box_and_the_impostor_know_where_the_walls_are),
       cmocka_unit_test(the_impostor_shows_a_ball_where_its_mirror_image_is),
-      cmocka_unit_test(parallax_is_that_of_the_closed_form),
-      cmocka_unit_test(a_reflected_rays_change_is_that_of_two_rays),
       cmocka_unit_test(a_thousand_reflectors_keep_to_the_budget),
       cmocka_unit_test(what_has_no_map_is_traced),
       cmocka_unit_test(deeper_bounces_may_be_left_out),
