@@ -70,7 +70,8 @@ static void parallax_is_that_of_the_closed_form(void **state)
 }
 
 // A glowing ball in a mirror ball, over distances and directions of both: by how many pixels the cube shows it
-// elsewhere, from 4 of its radii on. To the first order: the change of the reflected ray is taken where rays show it, and grows from there to the rim.
+// elsewhere, from 4 of its radii on. To the first order: the change of the reflected ray is taken where rays show it,
+// and grows from there to the rim.
 static void a_ball_shifts_what_it_shows_as_predicted(void **state)
 {
   enum { SIDE = 128, CASES = 36 };
