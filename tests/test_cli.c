@@ -336,6 +336,23 @@ static void hybrid_shadows_trace_few_rays_and_say_how_many(void **state)
   cli_free(&run);
 }
 
+static void reflections_by_maps_say_how_many_rays_they_answered(void **state)
+{
+  json_error_t error;
+  CliRun run = cli_run("render", "scenes/room.glb", "-o", cli_path("r.png"), "-s", "160x90", "--reflections",
+                       "impostor", "--cube-size", "64", "--stats", "-", NULL);
+  cli_expect(&run, 0, "", __FILE__, __LINE__);
+  json_t *stats = json_loads(run.out, 0, &error), *maps = json_member(stats, "reflection_maps");
+  json_int_t rays = json_integer_value(json_member(maps, "rays")),
+             traced = json_integer_value(json_member(maps, "traced"));
+  assert_string_equal(json_string_value(json_member(json_member(stats, "plan"), "reflections")), "impostor");
+  assert_int_equal(json_integer_value(json_member(maps, "cubes")), 1);
+  assert_int_equal(json_integer_value(json_array_get(json_member(maps, "size"), 0)), 64);
+  if (rays < 200 || traced * 3 > rays) fail_msg("%d of %d rays are traced", (int)traced, (int)rays);
+  json_decref(stats);
+  cli_free(&run);
+}
+
 static void help_and_version_are_results(void **state)
 {
   static const char *const words[] = {"--help", "-h", "help", "--version", "-V"};
@@ -390,6 +407,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(help_and_version_are_results),
       cmocka_unit_test(hybrid_shadows_trace_few_rays_and_say_how_many),
+      cmocka_unit_test(reflections_by_maps_say_how_many_rays_they_answered),
       cmocka_unit_test(cameras_are_listed_by_index_and_name),
       cmocka_unit_test(each_format_records_how_it_was_made),
       cmocka_unit_test(standard_output_gets_the_same_bytes_as_a_file),
