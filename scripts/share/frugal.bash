@@ -25,7 +25,8 @@ _frugal_value()
     --primary) _frugal_words 'auto raster rays' "$2" ;;
     --environment-light) _frugal_words 'auto none ambient sh sh-ao sampled' "$2" ;;
     --shadows) _frugal_words 'none map pcf pcss hybrid rays area' "$2" ;;
-    --reflections) _frugal_words 'none rays' "$2" ;;
+    --reflections | --deep-reflections) _frugal_words 'none environment cube box impostor rays' "$2" ;;
+    --cube-size) _frugal_words 'auto' "$2" ;;
     --background) _frugal_words 'environment transparent' "$2" ;;
     --exposure) _frugal_words 'auto' "$2" ;;
     --bit-depth) _frugal_words '8 16' "$2" ;;
@@ -36,7 +37,7 @@ _frugal_value()
         ${before}primitive ${before}material ${before}shadow ${before}reflection" "$2"
       ;;
     --only)
-      _frugal_words "shadows geometry
+      _frugal_words "shadows reflections geometry
         $("$program" stability --list 2>/dev/null | sed 's/^[a-z]*  *\([a-z-]*\) .*/\1/')" "$2"
       ;;
     --device)
