@@ -378,6 +378,38 @@ static void help_and_version_are_results(void **state)
   close(full);
 }
 
+// Maps tell beforehand what they may get wrong, and that covers what is measured.
+static void shadow_maps_state_their_error(void **state)
+{
+  json_error_t error;
+  CliRun run = cli_run("render", "scenes/room.glb", "-o", cli_path("m.png"), "-s", "160x90", "--shadows", "map",
+                       "--shadow-map-size", "256", "--verify", "all", "--stats", "-", NULL);
+  cli_expect(&run, 0, "% stated by their maps", __FILE__, __LINE__);
+  json_t *stats = json_loads(run.out, 0, &error), *maps = json_member(stats, "shadow_maps");
+  json_t *predicted = json_member(maps, "predicted"), *verify = json_member(stats, "verify");
+  double bound = json_real_value(json_member(predicted, "bound")),
+         expected = json_real_value(json_member(predicted, "expected")),
+         measured = json_real_value(json_member(json_member(json_member(verify, "shadows"), "off"), "share"));
+  if (!(measured > 0 && measured <= bound && expected < bound && bound < 8 * measured))
+    fail_msg("measured %g, expected %g, bound %g", measured, expected, bound);
+  json_decref(stats);
+  cli_free(&run);
+}
+
+static void the_program_says_how_many_pixels_are_off(void **state)
+{
+  char *stats;
+  CLI_EXPECT(0, "0 % of the pixels are off by more than 2/255 (all 3072 traced)", "render", cli_scene(), "-o",
+             cli_path("v.png"), "-s", "64x48", "--environment", "none", "--verify", "all");
+  CLI_EXPECT(0, "with 95 % confidence: 512 traced in 8 tiles)", "render", cli_scene(), "-o", cli_path("v.png"), "-s",
+             "64x48", "--environment", "none", "--verify", "500", "--stats", cli_path("v.json"));
+  stats = cli_load(cli_path("v.json"), NULL);
+  assert_non_null(stats);
+  assert_non_null(strstr(stats, "\"verify\""));
+  assert_non_null(strstr(stats, "\"off\""));
+  free(stats);
+}
+
 static void cameras_are_listed_by_index_and_name(void **state)
 {
   CliRun run = cli_run("render", cli_scene(), "--list-cameras", NULL);
@@ -408,6 +440,8 @@ int main(void)
       cmocka_unit_test(help_and_version_are_results),
       cmocka_unit_test(hybrid_shadows_trace_few_rays_and_say_how_many),
       cmocka_unit_test(reflections_by_maps_say_how_many_rays_they_answered),
+      cmocka_unit_test(shadow_maps_state_their_error),
+      cmocka_unit_test(the_program_says_how_many_pixels_are_off),
       cmocka_unit_test(cameras_are_listed_by_index_and_name),
       cmocka_unit_test(each_format_records_how_it_was_made),
       cmocka_unit_test(standard_output_gets_the_same_bytes_as_a_file),

@@ -67,6 +67,16 @@ static void shadow_options_are_checked(void **state)
   refused("--shadows soft", "--shadows soft: no such value");
 }
 
+static void what_is_verified_is_a_number_or_all(void **state)
+{
+  assert_int_equal(parsed("--verify 4096").verify.pixels, 4096);
+  assert_true(parsed("--verify all").verify.all && !parsed("--verify 1").verify.all);
+  refused("--verify 0", "--verify 0: not valid: expected a whole number from 1 to 4294967295");
+  refused("--verify -1", "--verify -1: not valid");
+  refused("--verify 1e3", "--verify 1e3: not valid");
+  refused("--verify some", "--verify some: not valid");
+}
+
 static void defaults_are_those_of_the_help(void **state)
 {
   RenderOptions o = parsed("");
@@ -99,7 +109,8 @@ static void defaults_are_those_of_the_help(void **state)
   assert_int_equal(o.seed, 0);
   assert_true(o.max_image_pixels == 268435456);
   assert_true(o.overwrite && !o.list_cameras && !o.allow_outside);
-  assert_false(o.profile || o.progress || o.quiet || o.verbose || o.help || o.stats_path || o.trace_path);
+  assert_false(o.verify.all || o.verify.pixels || o.profile || o.progress || o.quiet || o.verbose || o.help ||
+               o.stats_path || o.trace_path);
 }
 
 static void each_option_sets_its_own_field(void **state)
@@ -345,6 +356,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(shadow_options_are_checked),
       cmocka_unit_test(reflection_options_are_checked),
+      cmocka_unit_test(what_is_verified_is_a_number_or_all),
       cmocka_unit_test(defaults_are_those_of_the_help),
       cmocka_unit_test(each_option_sets_its_own_field),
       cmocka_unit_test(the_environment_is_a_file_a_colour_or_a_word),

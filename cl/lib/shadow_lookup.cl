@@ -228,19 +228,27 @@ static inline FloatL blockers(FloatL *count, global const ShadowView *view, glob
 
 // Radius of the light as seen from the receiver past a blocker, in texels. At closeness c = 1 / w of the blocker and
 // c0 of the receiver, what is a metre wide at the light is (c - c0) metres wide at w = 1.
-static inline FloatL lit_by_disc(global const ShadowInfo *info, global const ShadowView *view, global const float *map,
-                                 const MapPoint *at, const PlaneDepth *plane, UintL id, IntL group)
+// 0 where no texel stands before it.
+static inline FloatL half_shadow_px(global const ShadowInfo *info, global const ShadowView *view,
+                                    global const float *map, const MapPoint *at, const PlaneDepth *plane)
 {
-  uint size = info->size_px;
   Float3 step = view->sight_x;
   float reach = info->radius / sqrt(step.x * step.x + step.y * step.y + step.z * step.z);
   FloatL most = FLOATL(SHADOW_DISC_PX), least = FLOATL(0.5f), one = FLOATL(1), count;
   // Blockers may stand anywhere before the receiver: look as far as the greatest disc reaches.
   FloatL search = min_lane(FLOATL(reach) * (view->raster.parallel ? at->depth : FLOATL(1e3f)), most);
-  FloatL closeness = blockers(&count, view, map, size, at, plane, max_lane(search, least));
+  FloatL closeness = blockers(&count, view, map, info->size_px, at, plane, max_lane(search, least));
   FloatL apart = view->raster.parallel ? at->depth - closeness : closeness - one / at->w;
-  FloatL radius = min_lane(FLOATL(reach) * max_lane(apart, FLOATL(0)), most);
-  IntL some = count > FLOATL(0), soft = some & (radius > least) & group;
+  return count > FLOATL(0) ? FLOATL(reach) * max_lane(apart, FLOATL(0)) : FLOATL(0);
+}
+
+static inline FloatL lit_by_disc(global const ShadowInfo *info, global const ShadowView *view, global const float *map,
+                                 const MapPoint *at, const PlaneDepth *plane, UintL id, IntL group)
+{
+  uint size = info->size_px;
+  FloatL radius = half_shadow_px(info, view, map, at, plane);
+  IntL soft = (radius > FLOATL(0.5f)) & group;
+  radius = min_lane(radius, FLOATL(SHADOW_DISC_PX));
   FloatL lit = lit_by_kernel(map, size, 1, at, plane, id, group);
   if (!any_lane(soft)) return lit;
   FloatL sum = FLOATL(0);
@@ -265,6 +273,22 @@ static inline FloatL lit_fraction(global const ShadowInfo *info, global const Sh
 #endif
 }
 
+// A point in a view, and its triangle's plane there.
+typedef struct ShadowLookup {
+  MapPoint at;
+  PlaneDepth plane;
+} ShadowLookup;
+
+static inline ShadowLookup shadow_lookup(global const ShadowInfo *info, global const ShadowView *view, Vec3L point,
+                                         Vec3L normal)
+{
+  ShadowLookup out;
+  Vec3L relative = shadow_relative(view, point);
+  out.at = shadow_project(view, relative);
+  out.plane = plane_depth(info, view, relative, &out.at, normal);
+  return out;
+}
+
 // Lit fraction for the lanes of `mask`: points (world space) of triangles `id` with the normals given, of either side.
 // `views` and `maps` are those of all lights.
 static inline FloatL shadow_lit(global const ShadowInfo *info, global const ShadowView *views, global const float *maps,
@@ -279,10 +303,9 @@ static inline FloatL shadow_lit(global const ShadowInfo *info, global const Shad
     IntL group = mask & (chosen == UINTL(number));
     bits &= ~lane_bits(group);
     global const ShadowView *view = &views[number];
-    Vec3L relative = shadow_relative(view, point);
-    MapPoint at = shadow_project(view, relative);
-    PlaneDepth plane = plane_depth(info, view, relative, &at, normal);
-    lit = group ? lit_fraction(info, view, maps + number * info->size_px * info->size_px, &at, &plane, id, group) : lit;
+    global const float *map = maps + number * info->size_px * info->size_px;
+    ShadowLookup lookup = shadow_lookup(info, view, point, normal);
+    lit = group ? lit_fraction(info, view, map, &lookup.at, &lookup.plane, id, group) : lit;
   }
   return lit;
 }

@@ -223,6 +223,12 @@ static inline void shade_misses(IntL missed, Vec3L direction, Vec3L weight, Floa
 #define STREAMS_HAVE_DENSITY false
 #endif
 
+#ifdef HAS_RECEIVERS
+#define SHADOWS_HAVE_RECEIVER true
+#else
+#define SHADOWS_HAVE_RECEIVER false
+#endif
+
 // Light of the environment at a hit: added at once, or sent along rays with the lobe's reflection of the scene.
 static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, FloatL nv, constant ShadeInfo *shade,
                                            constant EnvironmentInfo *environment, global const Float4 *pixels,
@@ -334,8 +340,9 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
         continue;
       }
 #endif
-      stream_append(reached, origin, light.to_light, light.t_max, arrives, slot,
-                    shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity, shadow_slots + i * capacity, &counts[i]);
+      stream_append_path(reached, origin, light.to_light, light.t_max, arrives, slot, SHADOWS_HAVE_RECEIVER,
+                         LANE_AS_FLOAT(id), shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity,
+                         shadow_slots + i * capacity, &counts[i]);
     }
     radiance_store(radiance, slot, hit, sum);
     if (!shade->first_batch) continue;

@@ -24,6 +24,8 @@ enum RayField {
   // Where maps may answer reflected rays, of those that mirrors reflect: the bits of the id of the triangle that the
   // ray starts on, with RAY_FROM_MIRROR.
   RAY_DENSITY,
+  // In streams of shadow rays, where maps are doubted: the bits of the id of the triangle that the ray starts on.
+  RAY_RECEIVER = RAY_DENSITY,
   RAY_FIELD_COUNT
 };
 

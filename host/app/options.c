@@ -136,6 +136,14 @@ static Status read_exposure(void *field, const Option *option, const char *text,
   return status;
 }
 
+static Status read_verify(void *field, const Option *option, const char *text, Log *log)
+{
+  VerifyChoice choice = {.all = !strcmp(text, "all")};
+  Status status = choice.all ? STATUS_OK : option_read_u32(&choice.pixels, option, text, log);
+  if (!status) *(VerifyChoice *)field = choice;
+  return status;
+}
+
 #define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
 #define REFLECTIONS WORDS("none", "environment", "cube", "box", "impostor", "rays")
 #define FIELD(name) .field = offsetof(RenderOptions, name)
@@ -235,6 +243,8 @@ static const Option render_options[] = {
     OPTION_HEADING("Reports:"),
     {"profile", 0, NULL, option_read_true, FIELD(profile), .help = "table of where the time went, on standard error"},
     {"stats", 0, "FILE", option_read_text, FIELD(stats_path), .help = "the same as JSON; - for standard output"},
+    {"verify", 0, "N", read_verify, FIELD(verify), .low = 1, .high = UINT32_MAX,
+     .help = "trace about N pixels, or all, exactly and say how many of the\npicture's are off by more than 2/255"},
     {"trace", 0, "FILE", option_read_text, FIELD(trace_path), .help = "every launch, in Chrome's trace format"},
     {"progress", 0, NULL, option_read_true, FIELD(progress),
      .help = "say how far it is, also where no terminal shows it"},

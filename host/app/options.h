@@ -38,6 +38,12 @@ typedef struct Crop {
   uint32_t x, y, width, height;
 } Crop;
 
+// pixels 0 without `all`: nothing is verified.
+typedef struct VerifyChoice {
+  bool all;
+  uint32_t pixels;
+} VerifyChoice;
+
 typedef struct RenderOptions {
   const char *scene_path, *output_path;
   const char *format;  // png, jpg, exr, hdr
@@ -58,6 +64,7 @@ typedef struct RenderOptions {
   bool overwrite, list_cameras;
   bool profile, progress, quiet, verbose, help;
   const char *stats_path, *trace_path;
+  VerifyChoice verify;
 } RenderOptions;
 
 extern const CommandLine render_command_line;

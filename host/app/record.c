@@ -111,21 +111,28 @@ Status record_make(char **out, const RenderOptions *options, const Plan *plan, c
   return STATUS_OK;
 }
 
-// Each light's maps, and for hybrid shadows how many rays they left to be traced. A light without maps has 0 views.
-static json_t *shadow_maps_json(const Plan *plan, const Frame *frame)
+// Each light's maps; for hybrid shadows how many rays they left to be traced, for others what they may get wrong. A
+// light without maps has 0 views.
+static json_t *shadow_maps_json(const Plan *plan, const Frame *frame, const ShadowBound *bound)
 {
   const ShadowHybrid *hybrid = &frame->shadow_hybrid;
   bool is_hybrid = plan->shadows == SHADOWS_HYBRID;
   json_t *lights = json_array();
   for (uint32_t i = 0; i < frame->scene->light_count; i++) {
     const ShadowInfo *info = is_hybrid ? &hybrid->lights[i].info : &frame->shadow_maps.lights[i];
-    json_array_append_new(lights, json_pack("{s:i, s:i}", "size", (int)info->size_px, "views", (int)info->view_count));
+    json_t *light = json_pack("{s:i, s:i}", "size", (int)info->size_px, "views", (int)info->view_count);
+    if (bound) json_object_set_new(light, "expected", json_real(bound->lights[i]));
+    json_array_append_new(lights, light);
   }
   json_t *out = json_pack("{s:o}", "lights", lights);
   if (out && is_hybrid) {
     json_object_set_new(out, "rays", json_integer((json_int_t)hybrid->rays));
     json_object_set_new(out, "traced", json_integer((json_int_t)hybrid->traced));
   }
+  if (out && bound)
+    json_object_set_new(out, "predicted",
+                        json_pack("{s:f, s:f, s:I}", "expected", bound->expected, "bound", bound->bound, "probes",
+                                  (json_int_t)bound->probes));
   return out;
 }
 
@@ -177,9 +184,11 @@ json_t *record_stats(const RecordSources *sources)
                                   json_pack("{s:I, s:I}", "block_tests", (json_int_t)sources->raster->block_tests,
                                             "samples_covered", (json_int_t)sources->raster->samples_covered)) != 0;
   if (plan_uses_shadow_maps(plan))
-    failed |= json_object_set_new(stats, "shadow_maps", shadow_maps_json(plan, sources->frame)) != 0;
+    failed |=
+        json_object_set_new(stats, "shadow_maps", shadow_maps_json(plan, sources->frame, sources->shadow_bound)) != 0;
   if (reflections_use_maps(plan->reflections) || reflections_use_maps(plan->deep_reflections))
     failed |= json_object_set_new(stats, "reflection_maps", reflection_maps_json(sources->frame)) != 0;
+  if (sources->verify) failed |= json_object_set_new(stats, "verify", verify_json(sources->verify)) != 0;
   if (!failed) return stats;
   json_decref(stats);
   return NULL;

@@ -4,8 +4,10 @@
 #include <jansson.h>
 
 #include "app/options.h"
+#include "app/verify.h"
 #include "device_scene/device_scene.h"
 #include "passes/raster_visibility.h"
+#include "render/shadow_bound.h"
 
 // One line that reads as the options that make the picture again, whatever was left to defaults spelt out: scene and
 // environment file without their folders, the exposure that was used, what the device is. *out is freed by the caller.
@@ -21,8 +23,10 @@ typedef struct RecordSources {
   Device *device;
   const Plan *plan;
   const Timeline *timeline;
-  const RasterCost *raster;  // NULL where rays found what the camera sees
-  const Frame *frame;        // its shadow maps
+  const RasterCost *raster;         // NULL where rays found what the camera sees
+  const Frame *frame;               // its shadow maps
+  const ShadowBound *shadow_bound;  // NULL: there is none
+  const VerifyResult *verify;       // NULL: nothing was verified
   double total_ms;
 } RecordSources;
 

@@ -1,5 +1,6 @@
 // frugal render: one picture of one scene.
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,6 +11,7 @@
 #include "app/options.h"
 #include "app/outputs.h"
 #include "app/record.h"
+#include "app/verify.h"
 #include "base/clock.h"
 #include "base/parallel.h"
 #include "render/warm_up.h"
@@ -29,7 +31,10 @@ typedef struct Job {
   Device *device;
   DeviceScene device_scene;
   Frame frame;
+  SceneFacts facts;
   Plan plan;
+  ShadowBound shadow_bound;
+  VerifyResult verify;
   float exposure_ev;
   char *record;
   double begin_ms;
@@ -40,6 +45,7 @@ typedef struct Job {
 
 static void job_free(Job *job)
 {
+  shadow_bound_free(&job->shadow_bound);
   frame_free(&job->frame);
   device_scene_free(&job->device_scene);
   warm_up_end(job->warm_up);
@@ -49,6 +55,8 @@ static void job_free(Job *job)
   timeline_free(&job->timeline);
   free(job->record);
 }
+
+static bool verify_is_wanted(const RenderOptions *options) { return options->verify.all || options->verify.pixels; }
 
 // A line on a terminal for anything over a second.
 static void progress_draw(void *context, double share)
@@ -167,6 +175,7 @@ static Status memory_check(const RenderOptions *options, Log *log)
 {
   PictureArea area = render_area(options);
   uint64_t bytes = picture_memory_bytes(&area, options->picture.aovs);
+  if (verify_is_wanted(options)) bytes += picture_memory_bytes(&area, 0) * 3 / 2;  // one more picture, in three states
   struct rlimit space = {RLIM_INFINITY, RLIM_INFINITY};
   getrlimit(RLIMIT_AS, &space);
   if (bytes > options->max_memory_bytes || (uint64_t)area.width * area.height > INT32_MAX)
@@ -186,15 +195,15 @@ static Status frame_prepare(Job *job)
   Status status = STATUS_OK;
   const RenderOptions *options = &job->options;
   PictureArea area = render_area(options);
-  SceneFacts facts = {.triangle_count = job->device_scene.triangle_count,
-                      .pixel_count = (uint64_t)area.width * area.height,
-                      .gpu = device_info(job->device)->is_gpu,
-                      .light_count = job->device_scene.light_count,
-                      .has_mirrors = job->device_scene.has_mirrors,
-                      .has_blends = job->device_scene.has_blends,
-                      .least_roughness = job->device_scene.least_roughness,
-                      .environment_lights = job->device_scene.environment_lights};
-  job->plan = plan_make(&options->settings, &facts);
+  job->facts = (SceneFacts){.triangle_count = job->device_scene.triangle_count,
+                            .pixel_count = (uint64_t)area.width * area.height,
+                            .gpu = device_info(job->device)->is_gpu,
+                            .light_count = job->device_scene.light_count,
+                            .has_mirrors = job->device_scene.has_mirrors,
+                            .has_blends = job->device_scene.has_blends,
+                            .least_roughness = job->device_scene.least_roughness,
+                            .environment_lights = job->device_scene.environment_lights};
+  job->plan = plan_make(&options->settings, &job->facts);
   FrameRequest request = {
       .camera = &job->camera,
       .area = area,
@@ -209,6 +218,12 @@ static Status frame_prepare(Job *job)
   double begin_ms = clock_ms();
   TRY(frame_make(&job->frame, job->device, &job->device_scene, &request, job->log));
   timeline_end(&job->timeline, "prepare the frame", begin_ms);
+  bool in_doubt = plan_uses_shadow_maps(&job->plan) && job->plan.shadows != SHADOWS_HYBRID;
+  if (!in_doubt || !(options->stats_path || verify_is_wanted(options))) goto done;
+  begin_ms = clock_ms();
+  float scale = options->exposure.is_auto ? INFINITY : exp2f(options->exposure.ev);
+  TRY(shadow_bound_make(&job->shadow_bound, &job->frame, scale, job->log));
+  timeline_end(&job->timeline, "bound the shadow maps' error", begin_ms);
 
 done:
   return status;
@@ -232,6 +247,11 @@ static Status picture_save(Job *job)
   picture.attribute_count = sizeof attributes / sizeof *attributes;
   TRY(picture_write(&job->frame, &picture, job->images, options->output_path, options->format, job->log));
   log_debug(job->log, "%s: written: %s", options->output_path, job->record);
+  if (!verify_is_wanted(options)) goto done;
+  double begin_ms = clock_ms();
+  TRY(verify_picture(&job->verify, &(VerifySources){options, &job->facts, &job->frame, &picture}, job->log));
+  verify_say(&job->verify, job->shadow_bound.lights ? &job->shadow_bound : NULL, options->output_path, job->log);
+  timeline_end(&job->timeline, "verify", begin_ms);
 
 done:
   return status;
@@ -285,7 +305,9 @@ static Status reports_write(const Job *job)
     RasterCost cost;
     if (raster) TRY(raster_visibility_cost(&cost, &job->frame.raster, job->device, job->log));
     stats = record_stats(&(RecordSources){options, job->record, job->exposure_ev, &job->device_scene, job->device,
-                                          &job->plan, &job->timeline, raster ? &cost : NULL, &job->frame, total_ms});
+                                          &job->plan, &job->timeline, raster ? &cost : NULL, &job->frame,
+                                          job->shadow_bound.lights ? &job->shadow_bound : NULL,
+                                          verify_is_wanted(options) ? &job->verify : NULL, total_ms});
     TRY(json_write(options->stats_path, stats, job->log));
   }
   if (options->trace_path) TRY(profile_write_trace(options->trace_path, &job->timeline, job->log));

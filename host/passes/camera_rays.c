@@ -38,6 +38,29 @@ CameraInfo camera_info(const Camera *camera, const PictureArea *area)
   };
 }
 
+static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
+
+uint32_t tile_number(const CameraInfo *camera, uint32_t x, uint32_t y)
+{
+  uint32_t columns = camera->tiles_per_row, rows = (camera->height + TILE_SIZE - 1) / TILE_SIZE;
+  uint32_t left = x / BIN_TILES * BIN_TILES, top = y / BIN_TILES * BIN_TILES;
+  uint32_t width = smaller(BIN_TILES, columns - left), height = smaller(BIN_TILES, rows - top);
+  return top * columns + left * height + (y - top) * width + (x - left);
+}
+
+CameraInfo camera_info_blocks(const CameraInfo *camera, uint32_t block_px)
+{
+  CameraInfo blocks = *camera;
+  blocks.center_x -= camera->scale * (float)camera->crop_x;
+  blocks.center_y -= camera->scale * (float)camera->crop_y;
+  blocks.crop_x = blocks.crop_y = 0;
+  blocks.scale *= (float)block_px;
+  blocks.width = (camera->width + block_px - 1) / block_px;
+  blocks.height = (camera->height + block_px - 1) / block_px;
+  blocks.tiles_per_row = (blocks.width + TILE_SIZE - 1) / TILE_SIZE;
+  return blocks;
+}
+
 Status camera_rays_make(CameraRays *out, Device *device, const CameraInfo *info, uint32_t samples, Log *log)
 {
   Status status = STATUS_OK;

@@ -13,6 +13,9 @@ typedef struct Wave {
 
 static inline uint32_t wave_rays(const Wave *wave) { return wave->tile_count * wave->sample_count * 64; }
 
+// Number of the tile in column x and row y of a picture's tiles (shared/stream.h).
+uint32_t tile_number(const CameraInfo *camera, uint32_t x, uint32_t y);
+
 typedef struct CameraRays {
   Program *program;
   Kernel kernel;
@@ -28,6 +31,10 @@ typedef struct PictureArea {
 } PictureArea;
 
 CameraInfo camera_info(const Camera *camera, const PictureArea *area);
+
+// The same camera with pixels that are block_px times as wide and high; those at the right and at the bottom may reach
+// past the picture.
+CameraInfo camera_info_blocks(const CameraInfo *camera, uint32_t block_px);
 
 Status camera_rays_make(CameraRays *out, Device *device, const CameraInfo *info, uint32_t samples, Log *log);
 void camera_rays_free(CameraRays *camera);

@@ -43,6 +43,7 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const 
   if (plan->shadows == SHADOWS_AREA) strcat(options, "-D HAS_AREA_LIGHTS ");
   if (plan_uses_shadow_maps(plan) && plan->shadows != SHADOWS_HYBRID) strcat(options, "-D HAS_SHADOW_MAPS ");
   if (plan->shadows == SHADOWS_PCSS) strcat(options, "-D HAS_DISC ");
+  if (plan->receivers) strcat(options, "-D HAS_RECEIVERS ");
   if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) strcat(options, "-D HAS_OCCLUSION_RAYS ");
   TRY(environment_prepare(&shader, device, scene, plan, log));
   TRY(program_build(&shader.program, device, "shade/shade.cl", options, log));

@@ -60,3 +60,16 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
       .ambient = settings->ambient,
   };
 }
+
+RenderSettings settings_exact(const RenderSettings *settings)
+{
+  RenderSettings exact = *settings;
+  bool sized = settings->shadow_options.light_radius_m > 0 || settings->shadow_options.light_angle_rad > 0;
+  exact.methods = METHODS_EXACT;
+  exact.primary = PRIMARY_RAYS;
+  exact.shadows = sized ? SHADOWS_AREA : SHADOWS_RAYS;
+  exact.reflections = REFLECTIONS_RAYS;
+  exact.deep_reflections = REFLECTIONS_LIKE_FIRST;
+  exact.environment_light = ENVIRONMENT_LIGHT_SAMPLED;
+  return exact;
+}

@@ -130,6 +130,7 @@ typedef struct Plan {
   ReflectionMethod reflections, deep_reflections;  // both NONE without reflected rays; never LIKE_FIRST
   CubeOptions cubes;
   bool lobes;             // surfaces send samples along their lobes: rough reflections, or sampled environment light
+  bool receivers;         // shadow rays tell what triangle they start on
   bool transmitted_rays;  // a BLEND surface is there
   EnvironmentLightMethod environment_light;  // never AUTO
   float max_roughness;                       // 0: mirrors alone reflect
@@ -155,3 +156,7 @@ static inline ReflectionMethod plan_reflections(const Plan *plan, uint32_t depth
 }
 
 Plan plan_make(const RenderSettings *settings, const SceneFacts *facts);
+
+// The reference that these settings approximate: rays, sampled lobes and environment, lights of the size that the
+// shadow options give them; scene, samples and bounces are as they were.
+RenderSettings settings_exact(const RenderSettings *settings);

@@ -125,6 +125,9 @@ static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_
                               uint32_t count, Coherence coherence, Log *log)
 {
   if (count == 0) return STATUS_OK;
+  if (frame->request.doubt)
+    return shadow_doubt_add(frame->request.doubt, frame->device, frame->scene, light, streams->shadow, segment, count,
+                            log);
   if (shadow_hybrid_has(&frame->shadow_hybrid, light))
     return shadow_hybrid_trace(&frame->shadow_hybrid, &frame->tracer, frame->device, frame->scene, light,
                                streams->shadow, segment, count, streams->radiance, coherence, log);

@@ -11,9 +11,9 @@
 // each wait leaves the device idle for a moment.
 enum { MOST_QUEUED_TILES = 4096 };
 
-static uint32_t tiles_of(const PictureArea *area)
+static uint32_t tiles_of(const CameraInfo *camera)
 {
-  return ((area->width + TILE_SIZE - 1) / TILE_SIZE) * ((area->height + TILE_SIZE - 1) / TILE_SIZE);
+  return camera->tiles_per_row * ((camera->height + TILE_SIZE - 1) / TILE_SIZE);
 }
 
 // A capacity no less than that, whose fields lie apart in a cache: were they 4 KiB or a multiple of it from each other,
@@ -75,13 +75,14 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
 {
   Status status = STATUS_OK;
   Frame frame = {.device = device, .scene = scene, .request = *request};
-  uint64_t all = (uint64_t)tiles_of(&request->area) * TILE_PIXELS * request->samples;
+  CameraInfo info = camera_info(request->camera, &request->area);
+  if (request->doubt) info = camera_info_blocks(&info, request->block_px);
+  uint64_t all = (uint64_t)tiles_of(&info) * TILE_PIXELS * request->samples;
   const uint64_t cube_rays = CUBE_TEXELS(64);  // the fewest at a time with which a cube map is quick
   if (plan_uses_cubes(&request->plan) && all < cube_rays) all = cube_rays;
   frame.capacity = device_traits(device)->wave_rays;
   if (all < frame.capacity) frame.capacity = (uint32_t)all;
   frame.capacity = capacity_apart(frame.capacity);
-  CameraInfo info = camera_info(request->camera, &request->area);
   TRY(camera_rays_make(&frame.camera, device, &info, request->samples, log));
   TRY(raster_make(&frame, log));
   frame.light_segments = light_segments(&frame);
@@ -163,22 +164,35 @@ done:
 
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
+static Status wave_add(Frame *frame, const Wave *wave, Log *log)
+{
+  Status status = STATUS_OK;
+  TRY(frame_render_wave(frame, wave, log));
+  TRY(radiance_accumulate(frame, wave, &frame->film.sums, log));
+  if (frame->request.doubt)
+    shadow_doubt_end_wave(frame->request.doubt, wave->tile_count * TILE_PIXELS, wave->sample_count);
+
+done:
+  return status;
+}
+
 Status frame_render(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const FrameRequest *request = &frame->request;
-  uint32_t tiles = tiles_of(&request->area), samples = request->samples;
+  uint32_t tiles = tiles_of(&frame->camera.info), samples = request->samples;
   uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
   uint32_t bin_row = frame->camera.info.tiles_per_row * BIN_TILES,
            whole = wave_tiles > bin_row ? bin_row : BIN_TILES * BIN_TILES;
   if (wave_tiles > whole && wave_tiles < tiles) wave_tiles -= wave_tiles % whole;  // few bins in two waves
   uint32_t wave_samples = smaller(samples, frame->capacity / (wave_tiles * TILE_PIXELS));
+  uint32_t together = request->doubt ? request->doubt->samples_a_probe : 1;
+  if (wave_samples > together) wave_samples -= wave_samples % together;
   double total = (double)tiles * samples, done_work = 0, queued = 0;
   for (uint32_t sample = 0; sample < samples; sample += wave_samples) {
     for (uint32_t tile = 0; tile < tiles; tile += wave_tiles) {
       Wave wave = {tile, smaller(wave_tiles, tiles - tile), sample, smaller(wave_samples, samples - sample)};
-      TRY(frame_render_wave(frame, &wave, log));
-      TRY(radiance_accumulate(frame, &wave, &frame->film.sums, log));
+      TRY(wave_add(frame, &wave, log));
       done_work += (double)wave.tile_count * wave.sample_count;
       if (done_work - queued < MOST_QUEUED_TILES && done_work < total) continue;
       TRY(device_finish(frame->device, log));
@@ -186,6 +200,21 @@ Status frame_render(Frame *frame, Log *log)
       if (request->progress) request->progress(request->progress_context, done_work / total);
     }
   }
+
+done:
+  return status;
+}
+
+Status frame_render_tile(Frame *frame, uint32_t x, uint32_t y, Log *log)
+{
+  Status status = STATUS_OK;
+  uint32_t tile = tile_number(&frame->camera.info, x, y);
+  uint32_t samples = frame->request.samples, wave_samples = smaller(samples, frame->capacity / TILE_PIXELS);
+  for (uint32_t sample = 0; sample < samples; sample += wave_samples) {
+    Wave wave = {tile, 1, sample, smaller(wave_samples, samples - sample)};
+    TRY(wave_add(frame, &wave, log));
+  }
+  TRY(device_finish(frame->device, log));
 
 done:
   return status;

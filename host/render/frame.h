@@ -8,6 +8,7 @@
 #include "passes/film.h"
 #include "passes/raster_visibility.h"
 #include "passes/shade.h"
+#include "passes/shadow_doubt.h"
 #include "passes/shadow_hybrid.h"
 #include "passes/shadow_maps.h"
 #include "passes/trace.h"
@@ -32,6 +33,9 @@ typedef struct FrameRequest {
   uint32_t aovs;         // of AovSet
   bool flat_background;  // camera rays that miss see this radiance in place of the environment
   float background[3];
+  // Not NULL: not the picture is wanted but what these maps may get wrong of it, by pixels block_px as wide and high.
+  ShadowDoubt *doubt;
+  uint32_t block_px;
   FrameProgress progress;
   void *progress_context;
 } FrameRequest;
@@ -85,3 +89,7 @@ Status frame_render(Frame *frame, Log *log);
 
 // Renders one wave into the radiance by slot: of the camera, or of the cube map that is captured.
 Status frame_render_wave(Frame *frame, const Wave *wave, Log *log);
+
+// Renders the tile in column x and row y of the picture's tiles alone, all its samples: frame->film is then complete
+// there. Errors: STATUS_DEVICE.
+Status frame_render_tile(Frame *frame, uint32_t x, uint32_t y, Log *log);

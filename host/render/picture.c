@@ -173,6 +173,20 @@ done:
   return status;
 }
 
+ResolveInfo picture_resolve_info(const PictureOptions *options, const Frame *frame, uint32_t samples, bool display)
+{
+  return (ResolveInfo){
+      .pixel_count = (uint32_t)pixel_count(frame),
+      .scale = exp2f(options->exposure_ev) / (float)samples,
+      .coverage_scale = 1.0f / (float)samples,
+      .tone = options->tone,
+      .display = display,
+      .opaque = options->opaque,
+      .has_background = options->has_background,
+      .background = {options->background[0], options->background[1], options->background[2]},
+  };
+}
+
 Status picture_write(Frame *frame, const PictureOptions *options, ImageHelper *images, const char *path,
                      const char *format, Log *log)
 {
@@ -185,16 +199,7 @@ Status picture_write(Frame *frame, const PictureOptions *options, ImageHelper *i
   bool exr = !strcmp(format, "exr"), linear = exr || !strcmp(format, "hdr");
   if (options->aovs && !exr) return log_fail(log, STATUS_USAGE, "%s: --aov needs a format with layers: use .exr", path);
 
-  ResolveInfo resolve = {
-      .pixel_count = (uint32_t)pixels,
-      .scale = exp2f(options->exposure_ev) / (float)frame->request.samples,
-      .coverage_scale = 1.0f / (float)frame->request.samples,
-      .tone = options->tone,
-      .display = !linear,
-      .opaque = options->opaque,
-      .has_background = options->has_background,
-      .background = {options->background[0], options->background[1], options->background[2]},
-  };
+  ResolveInfo resolve = picture_resolve_info(options, frame, frame->request.samples, !linear);
   data.picture = malloc(pixels * 4 * sizeof *data.picture);
   if (!data.picture) {
     status = log_no_memory(log, path);

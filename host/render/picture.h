@@ -39,6 +39,9 @@ uint64_t picture_memory_bytes(const PictureArea *area, uint32_t aovs);
 // Errors: STATUS_DEVICE, STATUS_NO_MEMORY.
 Status picture_auto_exposure(float *ev, Frame *frame, Log *log);
 
+// How sums of `samples` samples a pixel become the picture's values; `display`: those of PNG and JPEG.
+ResolveInfo picture_resolve_info(const PictureOptions *options, const Frame *frame, uint32_t samples, bool display);
+
 // Resolves the frame and writes it. EXR and HDR hold linear radiance, times 2^exposure; PNG and JPEG are
 // display-encoded, and one that comes out empty, black or blown out is a warning that names an exposure to try.
 // Errors: STATUS_USAGE (AOVs in a format that cannot hold them; unknown format), those of image_write.

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/shadow_bound.h"
 #include "report/image_compare.h"
 #include "report/loop_math.h"
 #include "shared/aov.h"
@@ -40,26 +41,31 @@ RenderSettings lab_settings(uint32_t width, uint32_t height)
                           .max_depth = 8};
 }
 
-Status lab_render(Shot *out, Lab *lab, const DeviceScene *scene, const Camera *camera, const RenderSettings *settings)
+static FrameRequest lab_request(const Lab *lab, const DeviceScene *scene, const Camera *camera,
+                                const RenderSettings *settings)
 {
-  Status status = STATUS_OK;
-  Frame frame = {0};
-  Shot shot = {.width = settings->width, .height = settings->height};
-  size_t pixels = shot_pixels(&shot);
-  const PictureArea area = {settings->width, settings->height, 0, 0, settings->width, settings->height};
   const SceneFacts facts = {.triangle_count = scene->triangle_count,
-                            .pixel_count = pixels,
+                            .pixel_count = (uint64_t)settings->width * settings->height,
                             .gpu = device_info(lab->device)->is_gpu,
                             .light_count = scene->light_count,
                             .has_mirrors = scene->has_mirrors,
                             .has_blends = scene->has_blends,
                             .least_roughness = scene->least_roughness,
                             .environment_lights = scene->environment_lights};
-  const FrameRequest request = {.camera = camera,
-                                .area = area,
-                                .samples = settings->samples,
-                                .plan = plan_make(settings, &facts),
-                                .aovs = AOV_SET_SURFACE};
+  return (FrameRequest){.camera = camera,
+                        .area = {settings->width, settings->height, 0, 0, settings->width, settings->height},
+                        .samples = settings->samples,
+                        .plan = plan_make(settings, &facts),
+                        .aovs = AOV_SET_SURFACE};
+}
+
+Status lab_render(Shot *out, Lab *lab, const DeviceScene *scene, const Camera *camera, const RenderSettings *settings)
+{
+  Status status = STATUS_OK;
+  Frame frame = {0};
+  Shot shot = {.width = settings->width, .height = settings->height};
+  size_t pixels = shot_pixels(&shot);
+  const FrameRequest request = lab_request(lab, scene, camera, settings);
   const ResolveInfo resolve = {.pixel_count = (uint32_t)pixels, .scale = 1, .coverage_scale = 1, .opaque = 1};
   shot.radiance = malloc(pixels * 4 * sizeof *shot.radiance);
   shot.values = malloc(pixels * AOV_VALUE_PLANES * sizeof *shot.values);
@@ -81,6 +87,25 @@ Status lab_render(Shot *out, Lab *lab, const DeviceScene *scene, const Camera *c
 done:
   frame_free(&frame);
   shot_free(&shot);
+  return status;
+}
+
+Status lab_shadow_bound(double *pixels, Lab *lab, const DeviceScene *scene, const Camera *camera,
+                        const RenderSettings *settings)
+{
+  Status status = STATUS_OK;
+  Frame frame = {0};
+  ShadowBound bound = {0};
+  const FrameRequest request = lab_request(lab, scene, camera, settings);
+  if (plan_uses_shadow_maps(&request.plan) && request.plan.shadows != SHADOWS_HYBRID) {
+    TRY(frame_make(&frame, lab->device, scene, &request, lab->log));
+    TRY(shadow_bound_make(&bound, &frame, 1, lab->log));
+  }
+  *pixels = bound.bound * settings->width * settings->height;
+
+done:
+  shadow_bound_free(&bound);
+  frame_free(&frame);
   return status;
 }
 

@@ -44,6 +44,11 @@ Status lab_render(Shot *out, Lab *lab, const DeviceScene *scene, const Camera *c
 // The same from a scene in memory.
 Status lab_render_scene(Shot *out, Lab *lab, const Scene *scene, const Camera *camera, const RenderSettings *settings);
 
+// What shadow maps state beforehand that they may put off, in pixels (render/shadow_bound.h); 0 for methods without
+// maps and for hybrid shadows. Errors: those of frame_make and shadow_bound_make.
+Status lab_shadow_bound(double *pixels, Lab *lab, const DeviceScene *scene, const Camera *camera,
+                        const RenderSettings *settings);
+
 // Makes copies the lab's pictures, from colours of `channels` (1: grey, 4: RGBA) floats a pixel. Errors:
 // STATUS_NO_MEMORY.
 Status lab_keep(Lab *lab, const float *method, const float *reference, uint32_t width, uint32_t height,

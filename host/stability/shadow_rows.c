@@ -74,7 +74,7 @@ static const StabilityRow rows[] = {
      .scene = "wall nearly parallel to the sun's light",
      .parameter = "degrees between both",
      .quantity = "share wrong",
-     .bound = "that of m = 1; where it is more, edge x m / 2",
+     .bound = "that of m = 1; where it is more, what the maps state beforehand",
      .methods = MAPS,
      .sweep = {{80, 60, 45, 30, 15, 8, 4, 2, 1, 0.5}, 10, 1u | 1u << 3 | 1u << 6 | 1u << 8},
      .measure = measure_projective_aliasing},

@@ -14,6 +14,21 @@ static double band_texels(ShadowMethod method, uint32_t kernel_px)
   return method == SHADOWS_PCSS ? 2 : 0;
 }
 
+// What the method states beforehand of a view with one sample a pixel, as a share of the pixels seen.
+static Status share_stated(double *share, Lab *lab, const LitView *view, const Camera *camera, ShadowMethod method,
+                           const ShadowOptions *options)
+{
+  Status status = STATUS_OK;
+  RenderSettings settings = lab_settings(view->truth.width, view->truth.height);
+  settings.shadows = method;
+  settings.shadow_options = *options;
+  TRY(lab_shadow_bound(share, lab, &view->scene, camera, &settings));
+  *share = fmin(*share / (double)lit_view_seen(view), 1);
+
+done:
+  return status;
+}
+
 // A floor of 40 m from just over it, slabs that float over it all along, the sun from the side; the sweep is the map's
 // size.
 Status measure_perspective_aliasing(StabilityPoint *point, Lab *lab, ShadowMethod method)
@@ -36,7 +51,7 @@ Status measure_perspective_aliasing(StabilityPoint *point, Lab *lab, ShadowMetho
   TRY(lit_view_keep(&view, lab));
   point->measured = (double)lit_view_wrong(&view) / (double)lit_view_seen(&view);
   point->bound = lit_view_edge_pixels(&view, band_texels(method, options.kernel_px)) / (double)lit_view_seen(&view);
-  point->warned = point->bound;
+  TRY(share_stated(&point->warned, lab, &view, &camera, method, &options));
 
 done:
   lit_view_free(&view);
@@ -49,6 +64,7 @@ Status measure_projective_aliasing(StabilityPoint *point, Lab *lab, ShadowMethod
 {
   Status status = STATUS_OK;
   LitView view = {0};
+  const ShadowOptions options = {.kernel_px = 3};
   uint32_t size = lab->quick ? 72 : 192;
   double angle = point->value * M_PI / 180;
   Scene scene = scene_empty();
@@ -64,12 +80,12 @@ Status measure_projective_aliasing(StabilityPoint *point, Lab *lab, ShadowMethod
   Vec3 to_light = vec3(0.3 * cos(angle), cos(angle), sin(angle));
   scene_add_light(&scene, light_directional(vec3_neg(to_light), M_PI / sin(angle)));
   Camera camera = camera_orthographic(vec3(0, 0, 0.15), vec3(0, 0, 0), 1.1);
-  TRY(lit_view_make(&view, lab, &scene, &camera, size, size, method, NULL));
+  TRY(lit_view_make(&view, lab, &scene, &camera, size, size, method, &options));
   TRY(lit_view_keep(&view, lab));
-  double seen = (double)lit_view_seen(&view), band = band_texels(method, 3);
+  double seen = (double)lit_view_seen(&view), band = band_texels(method, options.kernel_px);
   point->measured = (double)lit_view_wrong(&view) / seen;
   point->bound = (double)lit_view_edges(&view) * band / seen;
-  point->warned = fmin(lit_view_edge_pixels(&view, band) / seen, 1);
+  TRY(share_stated(&point->warned, lab, &view, &camera, method, &options));
 
 done:
   lit_view_free(&view);

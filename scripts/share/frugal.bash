@@ -28,6 +28,7 @@ _frugal_value()
     --reflections | --deep-reflections) _frugal_words 'none environment cube box impostor rays' "$2" ;;
     --cube-size) _frugal_words 'auto' "$2" ;;
     --background) _frugal_words 'environment transparent' "$2" ;;
+    --verify) _frugal_words 'all' "$2" ;;
     --exposure) _frugal_words 'auto' "$2" ;;
     --bit-depth) _frugal_words '8 16' "$2" ;;
     --aov)

@@ -13,6 +13,7 @@
 
 #include "passes/raster_depth.h"
 #include "passes/raster_visibility.h"
+#include "render/shadow_bound.h"
 #include "scene/scene_build.h"
 #include "shared/stream.h"
 #include "support/picture_fixture.h"
@@ -91,6 +92,7 @@ static Status render(Device *device, const Scene *scene, const RenderSettings *s
   Status status = STATUS_OK;
   DeviceScene device_scene = {0};
   Frame frame = {0};
+  ShadowBound bound = {0};
   Camera camera = scene_features_camera();
   TRY(device_scene_make(&device_scene, device, scene, NULL, &picture_log));
   SceneFacts facts = {.light_count = device_scene.light_count,
@@ -104,9 +106,11 @@ static Status render(Device *device, const Scene *scene, const RenderSettings *s
                           .aovs = aovs};
   TRY(frame_make(&frame, device, &device_scene, &request, &picture_log));
   TRY(frame_render(&frame, &picture_log));
+  if (frame.shadow_maps.light_count) TRY(shadow_bound_make(&bound, &frame, 1, &picture_log));
   TRY(sums_resolve(&frame, settings->width * settings->height));
 
 done:
+  shadow_bound_free(&bound);
   frame_free(&frame);
   device_scene_free(&device_scene);
   return status;

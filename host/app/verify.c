@@ -1,0 +1,140 @@
+#include "app/verify.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "render/probe_render.h"
+#include "report/image_compare.h"
+
+static bool is_random(const Plan *plan)
+{
+  return plan->lobes || plan->shadows == SHADOWS_AREA || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
+}
+
+static bool same_but_shadows(const Plan *a, const Plan *b)
+{
+  return a->lobes == b->lobes && a->reflections == b->reflections && a->deep_reflections == b->deep_reflections &&
+         a->max_depth == b->max_depth && a->environment_light == b->environment_light &&
+         a->max_roughness <= b->max_roughness && a->max_roughness >= b->max_roughness;
+}
+
+// Pictures of the same size.
+typedef struct Verification {
+  float *picture, *reference, *half;
+  ProbeSet probes;
+} Verification;
+
+static Status reference_render(Verification *v, const VerifySources *sources, const Plan *plan, uint32_t passes,
+                               Log *log)
+{
+  ProbeRender render = {
+      .request = sources->frame->request, .passes = passes, .probes = &v->probes, .picture = sources->picture};
+  render.request.plan = *plan;
+  render.request.aovs = AOV_SET_NONE;
+  render.request.progress = NULL;
+  return probes_render(v->reference, v->half, sources->frame->device, sources->frame->scene, &render, log);
+}
+
+static Status probes_measure(VerifyResult *out, Verification *v, const VerifySources *sources, Log *log)
+{
+  Status status = STATUS_OK;
+  const RenderSettings *settings = &sources->options->settings;
+  const Plan *shown = &sources->frame->request.plan;
+  uint32_t width = sources->frame->camera.info.width, samples = settings->samples;
+  RenderSettings exact = settings_exact(settings), shadows = *settings;
+  shadows.primary = exact.primary;
+  shadows.shadows = exact.shadows;
+  Plan reference = plan_make(&exact, sources->facts), partly = plan_make(&shadows, sources->facts);
+  uint32_t passes = is_random(&reference) ? (VERIFY_SAMPLES + samples - 1) / samples : 1;
+  if (is_random(&reference) && passes < 2) passes = 2;
+  TRY(picture_shown(v->picture, sources->frame, sources->picture, log));
+  TRY(reference_render(v, sources, &reference, passes, log));
+  TRY(probe_error_make(&out->error, v->picture, v->reference, width, &v->probes, log));
+  out->reference_samples = passes * samples;
+  if (passes > 1) {
+    ProbeError noise;
+    TRY(probe_error_make(&noise, v->half, v->reference, width, &v->probes, log));
+    out->noise = noise.off.share;
+  }
+  if (partly.shadows == SHADOWS_NONE) goto done;
+  if (same_but_shadows(shown, &reference)) {
+    out->has_shadows = passes == 1 || !shown->lobes;
+    out->shadows = out->error;
+    goto done;
+  }
+  // With the same seed all else is the same, noise too; a light's own noise would have to be averaged away with it.
+  out->has_shadows = partly.shadows != SHADOWS_AREA || !is_random(shown);
+  if (!out->has_shadows) goto done;
+  TRY(reference_render(v, sources, &partly, partly.shadows == SHADOWS_AREA ? passes : 1, log));
+  TRY(probe_error_make(&out->shadows, v->picture, v->reference, width, &v->probes, log));
+
+done:
+  return status;
+}
+
+Status verify_picture(VerifyResult *out, const VerifySources *sources, Log *log)
+{
+  Status status = STATUS_OK;
+  const RenderOptions *options = sources->options;
+  const CameraInfo *camera = &sources->frame->camera.info;
+  size_t values = (size_t)camera->width * camera->height * 4;
+  Verification v = {.picture = malloc(values * sizeof *v.picture),
+                    .reference = malloc(values * sizeof *v.reference),
+                    .half = malloc(values * sizeof *v.half)};
+  *out = (VerifyResult){0};
+  if (!v.picture || !v.reference || !v.half) {
+    status = log_no_memory(log, "--verify");
+    goto done;
+  }
+  uint64_t pixels = options->verify.all ? UINT64_MAX / 2 : options->verify.pixels;
+  TRY(probes_choose(&v.probes, camera->width, camera->height, pixels, options->seed, log));
+  TRY(probes_measure(out, &v, sources, log));
+  out->probes = v.probes.count;
+  out->all = v.probes.all;
+
+done:
+  probes_free(&v.probes);
+  free(v.picture);
+  free(v.reference);
+  free(v.half);
+  return status;
+}
+
+void verify_say(const VerifyResult *result, const ShadowBound *bound, const char *path, Log *log)
+{
+  const Proportion *off = &result->error.off;
+  char how[160], shadows[160] = "", noise[96] = "";
+  if (result->all)
+    snprintf(how, sizeof how, "all %llu traced", (unsigned long long)result->error.pixels);
+  else
+    snprintf(how, sizeof how, "%.3g to %.3g %% with 95 %% confidence: %llu traced in %u tiles", 100 * off->low,
+             100 * off->high, (unsigned long long)result->error.pixels, result->probes);
+  if (result->has_shadows)
+    snprintf(shadows, sizeof shadows, "; by shadows %.3g %% too dark, %.3g %% too light",
+             100 * result->shadows.dark.share, 100 * result->shadows.light.share);
+  size_t length = strlen(shadows);
+  if (bound) snprintf(shadows + length, sizeof shadows - length, ", %.3g %% stated by their maps", 100 * bound->bound);
+  if (result->noise > 0) snprintf(noise, sizeof noise, "; %.3g %% by the reference's own noise", 100 * result->noise);
+  log_info(log, "%s: %.3g %% of the pixels are off by more than 2/255 (%s)%s%s", path, 100 * off->share, how, shadows,
+           noise);
+}
+
+static json_t *proportion_json(const Proportion *p)
+{
+  return json_pack("{s:f, s:f, s:f}", "share", p->share, "low", p->low, "high", p->high);
+}
+
+json_t *verify_json(const VerifyResult *result)
+{
+  json_t *out = json_pack("{s:f, s:f, s:I, s:i, s:b, s:i, s:f, s:o}", "threshold", IMAGE_THRESHOLD, "confidence", 0.95,
+                          "pixels", (json_int_t)result->error.pixels, "tiles", (int)result->probes, "all",
+                          (int)result->all, "reference_samples", (int)result->reference_samples, "noise", result->noise,
+                          "off", proportion_json(&result->error.off));
+  if (out && result->has_shadows)
+    json_object_set_new(
+        out, "shadows",
+        json_pack("{s:o, s:o, s:o}", "off", proportion_json(&result->shadows.off), "false_dark",
+                  proportion_json(&result->shadows.dark), "false_light", proportion_json(&result->shadows.light)));
+  return out;
+}

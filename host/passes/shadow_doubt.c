@@ -1,0 +1,79 @@
+#include "passes/shadow_doubt.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "passes/scene_args.h"
+
+Status shadow_doubt_make(ShadowDoubt *out, Device *device, const ShadowMaps *maps, ShadowMethod method,
+                         uint32_t capacity, Log *log)
+{
+  Status status = STATUS_OK;
+  Program *program = NULL;
+  ShadowDoubt doubt = {.maps = maps, .capacity = capacity};
+  doubt.slots = calloc(capacity, sizeof *doubt.slots);
+  doubt.wave = calloc(capacity, sizeof *doubt.wave);
+  doubt.lights = calloc(maps->light_count + 1, sizeof *doubt.lights);
+  if (!doubt.slots || !doubt.wave || !doubt.lights) {
+    status = log_no_memory(log, "shadow doubts");
+    goto done;
+  }
+  TRY(program_build(&program, device, "shade/shadow_doubt.cl", method == SHADOWS_PCSS ? "-D HAS_DISC" : "", log));
+  TRY(program_kernel(&doubt.kernel, program, "shadow_doubt", log));
+  TRY(buffer_create(&doubt.by_slot, device, capacity * sizeof(float), NULL, "shadow doubts", log));
+  *out = doubt;
+  doubt = (ShadowDoubt){0};
+
+done:
+  shadow_doubt_free(&doubt);
+  return status;
+}
+
+void shadow_doubt_free(ShadowDoubt *doubt)
+{
+  kernel_free(&doubt->kernel);
+  buffer_free(&doubt->by_slot);
+  free(doubt->slots);
+  free(doubt->wave);
+  free(doubt->lights);
+  *doubt = (ShadowDoubt){0};
+}
+
+Status shadow_doubt_add(ShadowDoubt *doubt, Device *device, const DeviceScene *scene, uint32_t light,
+                        const RayStream *rays, uint32_t segment, uint32_t count, Log *log)
+{
+  Status status = STATUS_OK;
+  const ShadowMaps *maps = doubt->maps;
+  if (!shadow_maps_have(maps, light) || count == 0) return STATUS_OK;
+  TRY(buffer_zero(device, &doubt->by_slot, log));
+  TRY(device_launch(
+      device, &doubt->kernel, work_items(device, count), count, "doubt shadow maps",
+      ARGS(ARG_BUFFER(maps->infos), ARG_BUFFER(maps->views), ARG_BUFFER(maps->maps), ARG(light), ARG_BUFFER(rays->rays),
+           ARG(rays->capacity), ARG(count), ARG(segment), ARG_BUFFER(rays->slots), ARG_BUFFER(scene->corners),
+           ARG_BUFFER(scene->positions), ARG(doubt->least_weight), ARG_BUFFER(doubt->by_slot)),
+      log));
+  TRY(buffer_read(device, &doubt->by_slot, doubt->slots, doubt->capacity * sizeof(float), log));
+  for (uint32_t i = 0; i < doubt->capacity; i++) {
+    doubt->wave[i] += doubt->slots[i];
+    doubt->lights[light] += (double)doubt->slots[i];
+  }
+
+done:
+  return status;
+}
+
+void shadow_doubt_end_wave(ShadowDoubt *doubt, uint32_t pixels, uint32_t samples)
+{
+  uint32_t probes = samples / doubt->samples_a_probe;
+  for (uint32_t pixel = 0; pixel < pixels; pixel++)
+    for (uint32_t probe = 0; probe < probes; probe++) {
+      double sum = 0;
+      for (uint32_t k = 0; k < doubt->samples_a_probe; k++)
+        sum += (double)doubt->wave[(size_t)(probe * doubt->samples_a_probe + k) * pixels + pixel];
+      sum = fmin(sum, 1);
+      doubt->sum += sum;
+      doubt->sum_squared += sum * sum;
+    }
+  memset(doubt->wave, 0, doubt->capacity * sizeof *doubt->wave);
+}

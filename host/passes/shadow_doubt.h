@@ -1,0 +1,32 @@
+// What a picture by shadow maps may get wrong: cl/shade/shadow_doubt.cl, summed over probes.
+#pragma once
+
+#include "passes/ray_stream.h"
+#include "passes/shadow_maps.h"
+
+// Sums of doubts. A wave's samples are, samples_a_probe after each other, those of one probe, which is wrong where one
+// of them is.
+typedef struct ShadowDoubt {
+  const ShadowMaps *maps;
+  float least_weight;  // radiance below which a light is not missed
+  uint32_t samples_a_probe;
+  Kernel kernel;
+  DeviceBuffer by_slot;     // float [capacity], of one light
+  float *slots, *wave;      // [capacity]: of one light; of all so far
+  uint32_t capacity;        // of a wave
+  double *lights;           // [light_count], over samples: a light's doubts
+  double sum, sum_squared;  // over probes: all lights' doubts, at most 1 a probe
+} ShadowDoubt;
+
+// Errors: those of program_build and buffer_create.
+Status shadow_doubt_make(ShadowDoubt *out, Device *device, const ShadowMaps *maps, ShadowMethod method,
+                         uint32_t capacity, Log *log);
+void shadow_doubt_free(ShadowDoubt *doubt);
+
+// Adds what the maps of `light` may get wrong of rays [0, count) of segment `segment`; nothing for a light without
+// maps. Errors: STATUS_DEVICE.
+Status shadow_doubt_add(ShadowDoubt *doubt, Device *device, const DeviceScene *scene, uint32_t light,
+                        const RayStream *rays, uint32_t segment, uint32_t count, Log *log);
+
+// All rays of a wave are added: its slots, `pixels` times `samples`, become probes.
+void shadow_doubt_end_wave(ShadowDoubt *doubt, uint32_t pixels, uint32_t samples);
