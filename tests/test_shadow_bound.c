@@ -100,6 +100,8 @@ static Case case_measure(const Scene *scene, const Camera *camera, const RenderS
                           .plan = plan_make(settings, &facts)};
   picture_assert_ok(frame_make(&frame, device, &on_device, &request, &picture_log));
   picture_assert_ok(shadow_bound_make(&bound, &frame, 1, &picture_log));
+  // One light: what is said of it is said of the picture.
+  assert_true(fabs(bound.lights[0] - bound.expected) < 1e-9);
   picture_assert_ok(frame_render(&frame, &picture_log));
   RenderOptions options = {.settings = *settings, .verify = {.all = true}};
   PictureOptions picture = {.opaque = true};

@@ -40,6 +40,26 @@ void shadow_doubt_free(ShadowDoubt *doubt)
   *doubt = (ShadowDoubt){0};
 }
 
+void shadow_doubt_begin_wave(ShadowDoubt *doubt, uint32_t pixels, uint32_t samples)
+{
+  doubt->pixels = pixels;
+  doubt->samples = samples;
+}
+
+// Adds a wave's doubts, by slot, to sums over its probes: those of a probe's samples together, at most 1.
+static void probes_sum(double *sum, double *sum_squared, const ShadowDoubt *doubt, const float *slots)
+{
+  uint32_t together = doubt->samples_a_probe, probes = doubt->samples / together;
+  for (uint32_t i = 0; i < doubt->pixels * probes; i++) {
+    double probe = 0;
+    for (uint32_t k = 0; k < together; k++)
+      probe += (double)slots[(size_t)(i / doubt->pixels * together + k) * doubt->pixels + i % doubt->pixels];
+    probe = fmin(probe, 1);
+    *sum += probe;
+    *sum_squared += probe * probe;
+  }
+}
+
 Status shadow_doubt_add(ShadowDoubt *doubt, Device *device, const DeviceScene *scene, uint32_t light,
                         const RayStream *rays, uint32_t segment, uint32_t count, Log *log)
 {
@@ -54,26 +74,16 @@ Status shadow_doubt_add(ShadowDoubt *doubt, Device *device, const DeviceScene *s
            ARG_BUFFER(scene->positions), ARG(doubt->least_weight), ARG_BUFFER(doubt->by_slot)),
       log));
   TRY(buffer_read(device, &doubt->by_slot, doubt->slots, doubt->capacity * sizeof(float), log));
-  for (uint32_t i = 0; i < doubt->capacity; i++) {
-    doubt->wave[i] += doubt->slots[i];
-    doubt->lights[light] += (double)doubt->slots[i];
-  }
+  for (uint32_t i = 0; i < doubt->capacity; i++) doubt->wave[i] += doubt->slots[i];
+  double unused = 0;
+  probes_sum(&doubt->lights[light], &unused, doubt, doubt->slots);
 
 done:
   return status;
 }
 
-void shadow_doubt_end_wave(ShadowDoubt *doubt, uint32_t pixels, uint32_t samples)
+void shadow_doubt_end_wave(ShadowDoubt *doubt)
 {
-  uint32_t probes = samples / doubt->samples_a_probe;
-  for (uint32_t pixel = 0; pixel < pixels; pixel++)
-    for (uint32_t probe = 0; probe < probes; probe++) {
-      double sum = 0;
-      for (uint32_t k = 0; k < doubt->samples_a_probe; k++)
-        sum += (double)doubt->wave[(size_t)(probe * doubt->samples_a_probe + k) * pixels + pixel];
-      sum = fmin(sum, 1);
-      doubt->sum += sum;
-      doubt->sum_squared += sum * sum;
-    }
+  probes_sum(&doubt->sum, &doubt->sum_squared, doubt, doubt->wave);
   memset(doubt->wave, 0, doubt->capacity * sizeof *doubt->wave);
 }

@@ -11,11 +11,12 @@ typedef struct ShadowDoubt {
   float least_weight;  // radiance below which a light is not missed
   uint32_t samples_a_probe;
   Kernel kernel;
-  DeviceBuffer by_slot;     // float [capacity], of one light
-  float *slots, *wave;      // [capacity]: of one light; of all so far
-  uint32_t capacity;        // of a wave
-  double *lights;           // [light_count], over samples: a light's doubts
-  double sum, sum_squared;  // over probes: all lights' doubts, at most 1 a probe
+  DeviceBuffer by_slot;      // float [capacity], of one light
+  float *slots, *wave;       // [capacity]: of one light; of all so far
+  uint32_t capacity;         // of a wave
+  uint32_t pixels, samples;  // of the wave
+  double *lights;            // [light_count], over probes: a light's doubts, at most 1 a probe and bounce
+  double sum, sum_squared;   // over probes: all lights' doubts, at most 1 a probe
 } ShadowDoubt;
 
 // Errors: those of program_build and buffer_create.
@@ -23,10 +24,13 @@ Status shadow_doubt_make(ShadowDoubt *out, Device *device, const ShadowMaps *map
                          uint32_t capacity, Log *log);
 void shadow_doubt_free(ShadowDoubt *doubt);
 
+// A wave whose slots are `pixels` times `samples`.
+void shadow_doubt_begin_wave(ShadowDoubt *doubt, uint32_t pixels, uint32_t samples);
+
 // Adds what the maps of `light` may get wrong of rays [0, count) of segment `segment`; nothing for a light without
 // maps. Errors: STATUS_DEVICE.
 Status shadow_doubt_add(ShadowDoubt *doubt, Device *device, const DeviceScene *scene, uint32_t light,
                         const RayStream *rays, uint32_t segment, uint32_t count, Log *log);
 
-// All rays of a wave are added: its slots, `pixels` times `samples`, become probes.
-void shadow_doubt_end_wave(ShadowDoubt *doubt, uint32_t pixels, uint32_t samples);
+// All rays of the wave are added.
+void shadow_doubt_end_wave(ShadowDoubt *doubt);

@@ -167,10 +167,11 @@ static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 static Status wave_add(Frame *frame, const Wave *wave, Log *log)
 {
   Status status = STATUS_OK;
+  ShadowDoubt *doubt = frame->request.doubt;
+  if (doubt) shadow_doubt_begin_wave(doubt, wave->tile_count * TILE_PIXELS, wave->sample_count);
   TRY(frame_render_wave(frame, wave, log));
   TRY(radiance_accumulate(frame, wave, &frame->film.sums, log));
-  if (frame->request.doubt)
-    shadow_doubt_end_wave(frame->request.doubt, wave->tile_count * TILE_PIXELS, wave->sample_count);
+  if (doubt) shadow_doubt_end_wave(doubt);
 
 done:
   return status;
