@@ -134,13 +134,14 @@ static inline FloatL min_lane(FloatL a, FloatL b) { return a < b ? a : b; }
 static inline FloatL max_lane(FloatL a, FloatL b) { return a > b ? a : b; }
 #endif
 
-static inline float greatest_float16(float16 v)
+static inline float greatest_float8(float8 v)
 {
-  float8 eight = v.lo > v.hi ? v.lo : v.hi;
-  float4 four = eight.lo > eight.hi ? eight.lo : eight.hi;
+  float4 four = v.lo > v.hi ? v.lo : v.hi;
   float2 two = four.lo > four.hi ? four.lo : four.hi;
   return two.x > two.y ? two.x : two.y;
 }
+
+static inline float greatest_float16(float16 v) { return greatest_float8(v.lo > v.hi ? v.lo : v.hi); }
 
 static inline float sum_float16(float16 v)
 {
@@ -174,7 +175,7 @@ static inline float greatest_lane(FloatL v)
 #elif LANES == 16
   return greatest_float16(v);
 #else
-  return greatest_float16((float16)(v, v));
+  return greatest_float8(v);
 #endif
 }
 
