@@ -49,6 +49,7 @@ typedef struct TriangleHit {
   FloatL t, u, v;  // distance, weights of vertices 1 and 2; undefined where not inside
   FloatL t_error;  // bound on the error of t from all roundings but that of the shear, which vanishes at t = 0
   IntL doubtful;   // t_error is above HIT_DOUBT of t, or not a number
+  IntL close;      // inside, or but for rounding
   IntL determinant_positive;  // front face, if the direction's component kz is positive
 } TriangleHit;
 
@@ -117,6 +118,9 @@ static inline void triangle_complete(TriangleHit *hit, const TriangleEdges *e, c
   FloatL x = max_magnitude(e->ax, e->bx, e->cx), y = max_magnitude(e->ay, e->by, e->cy),
          z = max_magnitude(e->az, e->bz, e->cz);
   FloatL edge = FLOATL(12) * x * y + FLOATL(4) * z * (x + y);
+  FloatL reach = FLOATL(ROUNDING) * edge, least = min_lane(min_lane(e->u, e->v), e->w),
+         greatest = max_lane(max_lane(e->u, e->v), e->w);
+  hit->close = (least >= FLOATL(0) - reach) | (greatest <= reach);
   FloatL depth = max_lane(max_lane(e->az, e->bz), e->cz) - min_lane(min_lane(e->az, e->bz), e->cz);
   hit->t_error = FLOATL(ROUNDING) * fabs(ray->shear_z) *
                  (FLOATL(6) * z + FLOATL(3) * edge * depth / max_lane(fabs(e->determinant), FLOATL(1e-37f)));

@@ -50,18 +50,30 @@ SHARED_SIZE(ShadowInfo, 44);
 
 // What hybrid shadows know of a block of 4 x 4 texels; texel (x, y) of a map is entry y % 4 * 4 + x % 4 of block
 // (x / 4, y / 4). Closeness is 1 / w, or in parallel projection -depth: what is closer to the light has more of it. A
-// ray from a point that is closer than `nearest` is lit, one from a point that is less close than `covered` is dark,
-// each beyond SHADOW_ROUNDING; between them `count` triangles may stand in the way, of which the first SHADOW_NUMBERS
-// are named.
+// ray from a point that is less close than `covered` is dark. Triangle `number` comes no closer than `near`, in the
+// texel; a texel names up to SHADOW_NUMBERS of them, the closest first, and no other comes closer than `rest`. All hold
+// beyond SHADOW_ROUNDING. The lists of a block's texels are rows: the first in the block, row k > 0 of block i of all
+// maps' `block_count` at rows[(k - 1) * block_count + i], so that what no list is long enough for is not touched. Where a
+// list is shorter than its block's, `near` is -INFINITY. What comes less close than `covered` means nothing.
 #define SHADOW_NUMBERS 8
 
+// The triangle is of a closed surface, of which the sides that face the light are left out.
+#define SHADOW_CLOSED 0x80000000u
+
+typedef struct ShadowRow {
+  float near[16];
+  uint number[16];  // in the order of the BVH's leaves, SHADOW_CLOSED added
+} ShadowRow;
+SHARED_SIZE(ShadowRow, 128);
+
 typedef struct ShadowBlock {
-  float nearest[16];  // no triangle of the texel is closer
-  float covered[16];  // one that hides all of the texel is this close everywhere in it
-  uint count[16];
-  uint number[SHADOW_NUMBERS][16];  // in the order of the BVH's leaves
+  float covered[16];  // a triangle that hides all of the texel is this close everywhere in it
+  float rest[16];
+  ShadowRow first;
+  uint row_count;
+  uint unused[15];
 } ShadowBlock;
-SHARED_SIZE(ShadowBlock, 704);
+SHARED_SIZE(ShadowBlock, 320);
 
 #define SHADOW_ROUNDING 2e-5f           // of 1 / w, relative
 #define SHADOW_ROUNDING_PARALLEL 4e-6f  // of depths in [0, 1]
@@ -72,8 +84,10 @@ SHARED_SIZE(ShadowBlock, 704);
 // [5] what rounding may do to an edge.
 #define SURE_NEAR 9
 #define SURE_TEXELS 15  // first x | last x << 16, the same for y
-#define SURE_NUMBER 17  // of the triangle in the blocks
+#define SURE_NUMBER 17  // of the triangle in the blocks, SHADOW_CLOSED added
 #define SURE_HIDES 18   // 1: what lies behind it is dark
+#define SURE_ACROSS 19  // float: over a texel closeness is less than its most by this at most
+#define SURE_VIEW 20    // the direct way: of the view table
 #define SURE_WORDS 32
 #define SURE_PADDING 0.05f  // texels by which all are taken to be larger
 

@@ -11,9 +11,16 @@
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
+static uint64_t blocks_of(const ShadowInfo *info)
+{
+  return (uint64_t)info->view_count * (info->size_px / 4) * (info->size_px / 4);
+}
+
+static uint64_t rows_of(const ShadowInfo *info) { return (SHADOW_NUMBERS - 1) * blocks_of(info); }
+
 static uint64_t bytes_of(const ShadowInfo *info)
 {
-  return (uint64_t)info->view_count * (info->size_px / 4) * (info->size_px / 4) * sizeof(ShadowBlock);
+  return blocks_of(info) * sizeof(ShadowBlock) + rows_of(info) * sizeof(ShadowRow);
 }
 
 // By passes over the scene's chunks, as depth maps are (passes/raster_depth.c).
@@ -39,7 +46,7 @@ static Status maps_draw(SureMaps *maps, const ShadowHybrid *hybrid, Device *devi
     TRY(device_launch(device, &hybrid->bins, (size_t)columns * columns * views,
                       (uint64_t)info->size_px * info->size_px * views, "raster sure maps",
                       ARGS(ARG(info->size_px), ARG(views), ARG(columns), ARG(chunks), BIN_ARGS(&binned), ARG(begin),
-                           ARG_BUFFER(maps->texels)),
+                           ARG_BUFFER(maps->blocks), ARG_BUFFER(maps->rows)),
                       log));
   }
 
@@ -56,7 +63,8 @@ static Status light_draw(SureMaps *out, const ShadowHybrid *hybrid, Device *devi
   out->info = *info;
   TRY(buffer_create(&out->info_buffer, device, sizeof *info, info, "sure maps", log));
   TRY(buffer_create(&out->views, device, info->view_count * sizeof *fit->views, fit->views, "sure maps", log));
-  TRY(buffer_create(&out->texels, device, bytes_of(info), NULL, "sure maps", log));
+  TRY(buffer_create(&out->blocks, device, blocks_of(info) * sizeof(ShadowBlock), NULL, "sure maps", log));
+  TRY(buffer_create(&out->rows, device, rows_of(info) * sizeof(ShadowRow), NULL, "sure maps", log));
   TRY(maps_draw(out, hybrid, device, triangles, solid, skip_facing, log));
 
 done:
@@ -127,7 +135,8 @@ void shadow_hybrid_free(ShadowHybrid *hybrid)
     SureMaps *maps = &hybrid->lights[i];
     buffer_free(&maps->info_buffer);
     buffer_free(&maps->views);
-    buffer_free(&maps->texels);
+    buffer_free(&maps->blocks);
+    buffer_free(&maps->rows);
   }
   free(hybrid->lights);
   Kernel *kernels[] = {&hybrid->setup, &hybrid->bins, &hybrid->judge};
@@ -139,7 +148,7 @@ void shadow_hybrid_free(ShadowHybrid *hybrid)
 
 bool shadow_hybrid_has(const ShadowHybrid *hybrid, uint32_t light)
 {
-  return light < hybrid->light_count && hybrid->lights[light].texels.memory;
+  return light < hybrid->light_count && hybrid->lights[light].blocks.memory;
 }
 
 Status shadow_hybrid_trace(ShadowHybrid *hybrid, const Tracer *tracer, Device *device, const DeviceScene *scene,
@@ -150,12 +159,13 @@ Status shadow_hybrid_trace(ShadowHybrid *hybrid, const Tracer *tracer, Device *d
   const SureMaps *of = &hybrid->lights[light];
   uint32_t unsure = 0;
   TRY(buffer_zero(device, &hybrid->unsure_count, log));
-  TRY(device_launch(device, &hybrid->judge, work_items(device, count), count, "judge shadow rays by maps",
-                    ARGS(ARG_BUFFER(of->info_buffer), ARG_BUFFER(of->views), ARG_BUFFER(of->texels),
-                         ARG_BUFFER(scene->bvh2_triangles), ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG(count),
-                         ARG(segment), ARG_BUFFER(rays->slots), ARG_BUFFER(*radiance), ARG_BUFFER(hybrid->unsure.rays),
-                         ARG_BUFFER(hybrid->unsure.slots), ARG_BUFFER(hybrid->unsure_count), ATTRIBUTE_ARGS(scene)),
-                    log));
+  TRY(device_launch(
+      device, &hybrid->judge, work_items(device, count), count, "judge shadow rays by maps",
+      ARGS(ARG_BUFFER(of->info_buffer), ARG_BUFFER(of->views), ARG_BUFFER(of->blocks), ARG_BUFFER(of->rows),
+           ARG_BUFFER(scene->bvh2_triangles), ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG(count), ARG(segment),
+           ARG_BUFFER(rays->slots), ARG_BUFFER(*radiance), ARG_BUFFER(hybrid->unsure.rays),
+           ARG_BUFFER(hybrid->unsure.slots), ARG_BUFFER(hybrid->unsure_count), ATTRIBUTE_ARGS(scene)),
+      log));
   TRY(buffer_read(device, &hybrid->unsure_count, &unsure, sizeof unsure, log));
   if (unsure > count) {
     status =

@@ -12,7 +12,8 @@
 typedef struct SureMaps {
   ShadowInfo info;  // the host's copy
   DeviceBuffer info_buffer, views;
-  DeviceBuffer texels;  // ShadowBlock [view_count][size / 4 * size / 4]
+  DeviceBuffer blocks;  // ShadowBlock [view_count][size / 4 * size / 4]
+  DeviceBuffer rows;    // ShadowRow [SHADOW_NUMBERS - 1][view_count][size / 4 * size / 4]
 } SureMaps;
 
 typedef struct ShadowHybrid {
@@ -24,7 +25,7 @@ typedef struct ShadowHybrid {
   uint64_t rays, traced;  // of what was judged so far
 } ShadowHybrid;
 
-// Draws the maps of every light. 44 bytes a texel; lights for whose maps there is no room any more are
+// Draws the maps of every light. 76 bytes a texel, of which a CPU touches what the lists need; lights for whose maps there is no room any more are
 // left out, with a warning that says how many. Errors: those of program_build and buffer_create.
 Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                           const Plan *plan, const CameraInfo *camera, uint32_t capacity, Log *log);
