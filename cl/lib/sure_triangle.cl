@@ -210,3 +210,17 @@ static inline void list_fields(UintL fields[SURE_VIEW], const ListTriangle *t, c
   fields[SURE_HIDES] = hides ? UINTL(1) : UINTL(0);
   fields[SURE_ACROSS] = LANE_AS_UINT(t->across);
 }
+
+// Sets up triangles from number `first` on: returns the lanes that a map has texels of, `box`.
+static inline IntL list_setup(ListTriangle *t, IntL box[4], IntL *closed, global const RasterBlock *blocks, uint first,
+                              constant ShadowView *view, global const uint *solid, uint skip_facing)
+{
+  Vec3L corners[3], a[3];
+  UintL id = LANE_LOAD(blocks[first / RASTER_STEP].id, first % RASTER_STEP);
+  IntL unused = id == UINTL(RASTER_UNUSED);
+  *closed = skip_facing ? lanes_solid(solid, id, !unused) : INTL(0);
+  triangles_load(corners, a, blocks, first, &view->raster);
+  *t = list_triangle(view, view->raster.width, a, *closed, unused);
+  list_bounds(box, t, &view->raster);
+  return !t->culled & (box[0] <= box[2]) & (box[1] <= box[3]);
+}

@@ -37,18 +37,12 @@ kernel void shadow_setup(global const RasterBlock *blocks, global const RasterBo
   for (uint first = 0; first < count; first += LANES) {
     global const RasterBlock *block = &blocks[first / RASTER_STEP];
     block_prefetch(block + PREFETCH_BLOCKS);
-    UintL flags = LANE_LOAD(block->flags, first % RASTER_STEP), id = LANE_LOAD(block->id, first % RASTER_STEP);
-    IntL unused = id == UINTL(RASTER_UNUSED), closed = skip_facing ? lanes_solid(solid, id, !unused) : INTL(0);
-    Vec3L corners[3], a[3];
-    triangles_load(corners, a, blocks, first, &view->raster);
-    ListTriangle t = list_triangle(view, view->raster.width, a, closed, unused);
-    IntL box[4];
-    list_bounds(box, &t, &view->raster);
-    IntL seen = !t.culled & (box[0] <= box[2]) & (box[1] <= box[3]);
+    ListTriangle t;
+    IntL box[4], closed, seen = list_setup(&t, box, &closed, blocks, first, view, solid, skip_facing);
     uint bits = lane_bits(seen);
     if (!bits) continue;
 
-    UintL fields[SURE_WORDS];
+    UintL fields[SURE_WORDS], flags = LANE_LOAD(block->flags, first % RASTER_STEP);
     list_fields(fields, &t, box, LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX), flags, closed);
     for (uint i = SURE_VIEW; i < SURE_WORDS; i++) fields[i] = UINTL(0);
     IntL bin_px = INTL(RASTER_BIN_PX);

@@ -89,6 +89,13 @@ SHARED_SIZE(ShadowBlock, 320);
 #define SURE_ACROSS 19  // float: over a texel closeness is less than its most by this at most
 #define SURE_VIEW 20    // the direct way: of the view table
 #define SURE_WORDS 32
+
+// The direct way (cl/raster/shadow_direct.cl): records have fewer words; counts of its lists.
+#define SURE_DIRECT_WORDS 24
+#define SURE_RECORD_COUNT 0
+#define SURE_LIST_COUNT 1  // of all lists
+#define SURE_COUNTS 2      // and behind them that of each list
+
 #define SURE_PADDING 0.05f  // texels by which all are taken to be larger
 
 #endif

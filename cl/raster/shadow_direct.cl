@@ -1,0 +1,200 @@
+// Conservative raster of a light's maps on a GPU: what shadow_bins.cl makes, by work-groups.
+//
+//   in    blocks, bounds, views, solid, skip_facing   as shadow_setup.cl
+//   out   blocks, rows                                as shadow_bins.cl, whose lists these are
+//
+//   shadow_take    a work-item a triangle and view: its record, and how many each bin has
+//   shadow_place   a work-item a bin: where its list begins
+//   shadow_fill    work-items that go through the records: the lists
+//   shadow_tiles   a work-group a tile of GROUP_SIZE texels: each has a work-item, which keeps what the texel knows in
+//                  registers. GROUP_SIZE triangles of the bin's list at a time are tried on the tile, one a work-item,
+//                  and then all draw those that are on it.
+//
+//   Cost  100 bytes written for a triangle and view that survive, 8 read for each tile of a bin that it is in; 20 to 76
+//   bytes written a texel.
+//   Lists come in any order, texels do not depend on it (lib/sure_texels.cl). LANES is 1. Records and lists have room
+//   for every triangle and view of a pass: nothing overflows.
+
+#include "lib/sure_texels.cl"
+#include "lib/sure_triangle.cl"
+
+#if GROUP_SIZE % 32
+#error "a tile is not of whole rows of blocks"
+#endif
+
+#define TILE_BLOCK_ROWS (GROUP_SIZE / 32)
+
+// Bins of a record: first and last.
+static inline int4 record_bins(global const uint *record)
+{
+  uint x = record[SURE_TEXELS], y = record[SURE_TEXELS + 1];
+  return convert_int4((uint4)(x & 0xffffu, y & 0xffffu, x >> 16, y >> 16)) / RASTER_BIN_PX;
+}
+
+static inline bool record_is_large(int4 bins)
+{
+  return (bins.z - bins.x + 1) * (bins.w - bins.y + 1) > RASTER_LARGE_BINS;
+}
+
+// A view's lists are its bins', and that of large triangles, which every bin looks at.
+static inline uint list_of_view(uint view, uint columns) { return view * (columns * columns + 1); }
+
+kernel void shadow_take(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
+                        uint triangle_count, constant ShadowView *views, uint view_count, uint columns,
+                        global const uint *solid, uint skip_facing, global uint *records, global uint *counts)
+{
+  local uint queued, first;
+  uint item = get_global_id(0), number = first_triangle + item % triangle_count, view = item / triangle_count;
+  if (view >= view_count) return;  // whole work-groups, here and below: a chunk is of whole ones
+  if (!bounds_on_map(&bounds[number / RASTER_CHUNK], &views[view].raster)) return;
+  ListTriangle t;
+  int box[4], closed, seen = list_setup(&t, box, &closed, blocks, number, &views[view], solid, skip_facing);
+  if (get_local_id(0) == 0) queued = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  uint before = seen ? atomic_inc(&queued) : 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0) first = atomic_add(&counts[SURE_RECORD_COUNT], queued);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (!seen) return;
+  uint fields[SURE_VIEW];
+  list_fields(fields, &t, box, number, blocks[number / RASTER_STEP].flags[number % RASTER_STEP], closed);
+  global uint *record = records + (first + before) * SURE_DIRECT_WORDS;
+  for (uint i = 0; i < SURE_VIEW; i++) record[i] = fields[i];
+  record[SURE_VIEW] = view;
+  int4 bins = (int4)(box[0], box[1], box[2], box[3]) / RASTER_BIN_PX;
+  global uint *count = counts + SURE_COUNTS + list_of_view(view, columns);
+  if (record_is_large(bins)) {
+    atomic_inc(&count[columns * columns]);
+    return;
+  }
+  for (int y = bins.y; y <= bins.w; y++)
+    for (int x = bins.x; x <= bins.z; x++) atomic_inc(&count[(uint)y * columns + (uint)x]);
+}
+
+kernel void shadow_place(uint list_count, global uint *counts, global uint *starts, global uint *ends)
+{
+  uint list = get_global_id(0);
+  if (list < list_count) starts[list] = ends[list] = atomic_add(&counts[SURE_LIST_COUNT], counts[SURE_COUNTS + list]);
+}
+
+kernel void shadow_fill(uint columns, global const uint *records, global const uint *counts, global uint *ends,
+                        global uint *lists)
+{
+  uint all = counts[SURE_RECORD_COUNT];
+  for (uint i = get_global_id(0); i < all; i += get_global_size(0)) {
+    global const uint *record = records + i * SURE_DIRECT_WORDS;
+    int4 bins = record_bins(record);
+    global uint *end = ends + list_of_view(record[SURE_VIEW], columns);
+    if (record_is_large(bins)) {
+      lists[atomic_inc(&end[columns * columns])] = i;
+      continue;
+    }
+    for (int y = bins.y; y <= bins.w; y++)
+      for (int x = bins.x; x <= bins.z; x++) lists[atomic_inc(&end[(uint)y * columns + (uint)x])] = i;
+  }
+}
+
+// What a work-item's texel knows.
+typedef struct Texel {
+  float covered, rest, near[SHADOW_NUMBERS];
+  uint number[SHADOW_NUMBERS];
+} Texel;
+
+static inline Texel texel_load(global const ShadowBlock *block, global const ShadowRow *rows, uint block_count,
+                               uint entry, bool begin)
+{
+  Texel texel;
+  uint row_count = begin ? 0 : block->row_count;
+  texel.covered = begin ? -INFINITY : block->covered[entry];
+  texel.rest = begin ? -INFINITY : block->rest[entry];
+#pragma unroll
+  for (uint k = 0; k < SHADOW_NUMBERS; k++) {
+    global const ShadowRow *row = k ? &rows[(k - 1) * block_count] : &block->first;
+    texel.near[k] = k < row_count ? row->near[entry] : -INFINITY;
+    texel.number[k] = k < row_count ? row->number[entry] : UINT_MAX;
+  }
+  return texel;
+}
+
+// Stores a texel; rows from `row_count` on, which no texel of the block needs, but for the first are left alone.
+static inline void texel_store(const Texel *texel, global ShadowBlock *block, global ShadowRow *rows, uint block_count,
+                               uint entry, uint row_count)
+{
+  block->covered[entry] = texel->covered;
+  block->rest[entry] = texel->rest;
+  if (entry == 0) block->row_count = row_count;
+#pragma unroll
+  for (uint k = 0; k < SHADOW_NUMBERS; k++) {
+    if (k && k >= row_count) continue;
+    global ShadowRow *row = k ? &rows[(k - 1) * block_count] : &block->first;
+    row->near[entry] = texel->near[k];
+    row->number[entry] = texel->number[k];
+  }
+}
+
+static inline void texel_draw(Texel *texel, const ListRecord *t, float x, float y, float block_x, float block_y)
+{
+  ListLanes lanes = list_lanes(t, x, y), at = list_lanes_at(&lanes, t, block_x, block_y);
+  if (!list_touches(&at)) return;
+  float most = min_lane(at.near, t->near_most);
+  if (!(most >= texel->covered)) return;
+  if (t->hides) texel->covered = list_cover(&at, t, 1, most, texel->covered);
+  if (!(most >= texel->rest)) return;
+  uint number = t->number;
+#pragma unroll
+  for (uint k = 0; k < SHADOW_NUMBERS; k++) list_enter(&texel->near[k], &texel->number[k], &most, &number);
+  texel->rest = max_lane(most, texel->rest);
+}
+
+kernel void shadow_tiles(uint size, uint view_count, uint columns, global const uint *records,
+                         global const uint *starts, global const uint *ends, global const uint *lists, uint begin,
+                         global ShadowBlock *blocks, global ShadowRow *rows)
+{
+  local uint found[GROUP_SIZE], found_count, row_counts[GROUP_SIZE / 16];
+  uint row_blocks = size / 4, tile_columns = (row_blocks + 1) / 2;
+  uint tiles = tile_columns * ((row_blocks + TILE_BLOCK_ROWS - 1) / TILE_BLOCK_ROWS);
+  uint view = get_group_id(0) / tiles, tile = get_group_id(0) % tiles, member = get_local_id(0);
+  if (view >= view_count) return;
+  uint2 tile_block = (uint2)(tile % tile_columns * 2, tile / tile_columns * TILE_BLOCK_ROWS);
+  uint2 at = tile_block + (uint2)(member / 16 % 2, member / 32);
+  uint entry = member % 16, block_count = view_count * row_blocks * row_blocks;
+  uint index = view * row_blocks * row_blocks + min(at.y, row_blocks - 1) * row_blocks + min(at.x, row_blocks - 1);
+  bool on_map = at.x < row_blocks && at.y < row_blocks;
+  Texel texel = texel_load(&blocks[index], &rows[index], block_count, entry, begin);
+  float x = (float)(entry % 4), y = (float)(entry / 4), block_x = (float)(4 * at.x), block_y = (float)(4 * at.y);
+
+  uint2 low = tile_block * 4, high = low + (uint2)(8, 4 * TILE_BLOCK_ROWS);
+  uint list = list_of_view(view, columns) + low.y / RASTER_BIN_PX * columns + low.x / RASTER_BIN_PX;
+  uint large = list_of_view(view, columns) + columns * columns;
+  uint binned = ends[list] - starts[list], all = binned + ends[large] - starts[large];
+  for (uint first = 0; first < all; first += GROUP_SIZE) {
+    uint place = first + member, number = 0;
+    bool meets = false;
+    if (place < all) {
+      number = lists[place < binned ? starts[list] + place : starts[large] + place - binned];
+      uint span_x = records[number * SURE_DIRECT_WORDS + SURE_TEXELS],
+           span_y = records[number * SURE_DIRECT_WORDS + SURE_TEXELS + 1];
+      meets =
+          (span_x & 0xffffu) < high.x && span_x >> 16 >= low.x && (span_y & 0xffffu) < high.y && span_y >> 16 >= low.y;
+    }
+    if (member == 0) found_count = 0;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (meets) found[atomic_inc(&found_count)] = number;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    uint count = found_count;
+    for (uint i = 0; i < count; i++) {
+      ListRecord record = list_record(records + found[i] * SURE_DIRECT_WORDS);
+      texel_draw(&texel, &record, x, y, block_x, block_y);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+
+  uint used = 0;
+#pragma unroll
+  for (uint k = 0; k < SHADOW_NUMBERS; k++) used += texel.near[k] > -INFINITY;
+  if (entry == 0) row_counts[member / 16] = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  atomic_max(&row_counts[member / 16], used);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (on_map) texel_store(&texel, &blocks[index], &rows[index], block_count, entry, row_counts[member / 16]);
+}
