@@ -60,10 +60,13 @@ static inline ListLanes list_lanes_at(const ListLanes *lanes, const ListRecord *
   return at;
 }
 
-static inline IntL list_touches(const ListLanes *at)
+// Texels (x, y) of the block at `first` that the triangle may touch.
+static inline IntL list_touches(const ListLanes *at, const ListRecord *t, IntL x, IntL y, int2 first)
 {
   FloatL zero = FLOATL(0);
-  return (at->edge[0] >= zero) & (at->edge[1] >= zero) & (at->edge[2] >= zero);
+  IntL within = (x >= INTL(t->first_x - first.x)) & (x <= INTL(t->last_x - first.x)) &
+                (y >= INTL(t->first_y - first.y)) & (y <= INTL(t->last_y - first.y));
+  return within & (at->edge[0] >= zero) & (at->edge[1] >= zero) & (at->edge[2] >= zero);
 }
 
 // How close a triangle is everywhere in the texels that it hides all of; `covered` where it does not, or is less close.

@@ -58,11 +58,12 @@ static inline __attribute__((always_inline)) void list_draw(const ListRecord *t,
   int y0 = max(t->first_y, px.y) / 4, y1 = min(t->last_y, end.y - 1) / 4;
   for (uint part = 0; part < 16; part += LANES) {
     IntL lane = INTL((int)part) + LANE_INDEX;
-    ListLanes lanes = list_lanes(t, LANE_CONVERT_FLOAT(lane & INTL(3)), LANE_CONVERT_FLOAT(lane >> INTL(2)));
+    IntL lane_x = lane & INTL(3), lane_y = lane >> INTL(2);
+    ListLanes lanes = list_lanes(t, LANE_CONVERT_FLOAT(lane_x), LANE_CONVERT_FLOAT(lane_y));
     for (int y = y0; y <= y1; y++) {
       for (int x = x0; x <= x1; x++) {
         ListLanes at = list_lanes_at(&lanes, t, (float)(4 * x), (float)(4 * y));
-        IntL touched = list_touches(&at);
+        IntL touched = list_touches(&at, t, lane_x, lane_y, (int2)(4 * x, 4 * y));
         if (!any_lane(touched)) continue;
         global ShadowBlock *block = &blocks[(uint)y * row_blocks + (uint)x];
         FloatL most = min_lane(at.near, FLOATL(t->near_most)), covered = LANE_LOAD(block->covered, part);

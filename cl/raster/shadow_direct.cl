@@ -132,10 +132,12 @@ static inline void texel_store(const Texel *texel, global ShadowBlock *block, gl
   }
 }
 
-static inline void texel_draw(Texel *texel, const ListRecord *t, float x, float y, float block_x, float block_y)
+// Draws a triangle into texel `at_px` of the block whose first texel is at `first`.
+static inline void texel_draw(Texel *texel, const ListRecord *t, int2 at_px, int2 first)
 {
-  ListLanes lanes = list_lanes(t, x, y), at = list_lanes_at(&lanes, t, block_x, block_y);
-  if (!list_touches(&at)) return;
+  ListLanes lanes = list_lanes(t, (float)at_px.x, (float)at_px.y),
+            at = list_lanes_at(&lanes, t, (float)first.x, (float)first.y);
+  if (!list_touches(&at, t, at_px.x, at_px.y, first)) return;
   float most = min_lane(at.near, t->near_most);
   if (!(most >= texel->covered)) return;
   if (t->hides) texel->covered = list_cover(&at, t, 1, most, texel->covered);
@@ -161,7 +163,7 @@ kernel void shadow_tiles(uint size, uint view_count, uint columns, global const 
   uint index = view * row_blocks * row_blocks + min(at.y, row_blocks - 1) * row_blocks + min(at.x, row_blocks - 1);
   bool on_map = at.x < row_blocks && at.y < row_blocks;
   Texel texel = texel_load(&blocks[index], &rows[index], block_count, entry, begin);
-  float x = (float)(entry % 4), y = (float)(entry / 4), block_x = (float)(4 * at.x), block_y = (float)(4 * at.y);
+  int2 at_px = (int2)((int)(entry % 4), (int)(entry / 4)), first_px = convert_int2(at) * 4;
 
   uint2 low = tile_block * 4, high = low + (uint2)(8, 4 * TILE_BLOCK_ROWS);
   uint list = list_of_view(view, columns) + low.y / RASTER_BIN_PX * columns + low.x / RASTER_BIN_PX;
@@ -184,7 +186,7 @@ kernel void shadow_tiles(uint size, uint view_count, uint columns, global const 
     uint count = found_count;
     for (uint i = 0; i < count; i++) {
       ListRecord record = list_record(records + found[i] * SURE_DIRECT_WORDS);
-      texel_draw(&texel, &record, x, y, block_x, block_y);
+      texel_draw(&texel, &record, at_px, first_px);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }

@@ -1,0 +1,154 @@
+// What light maps know for sure, as GPUs draw it, is what CPUs draw, at every width.
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "device_scene/solid.h"
+#include "passes/sure_maps.h"
+#include "scene/scene_defaults.h"
+#include "support/gltf_build.h"
+#include "support/raster_fixture.h"
+#include "support/scene_features.h"
+#include "support/test_device.h"
+
+// A light's maps, on the host.
+typedef struct SureCopy {
+  uint32_t block_count;
+  ShadowBlock *blocks;
+  ShadowRow *rows;
+} SureCopy;
+
+static void *buffer_copy(Device *device, const DeviceBuffer *buffer)
+{
+  void *to = malloc(buffer->bytes);
+  assert_non_null(to);
+  raster_assert_ok(buffer_read(device, buffer, to, buffer->bytes, &raster_log));
+  return to;
+}
+
+static SureCopy maps_draw(RasterFixture *fixture, const Solids *solids, const ShadowFit *fit, RasterVariant variant,
+                          uint32_t pass_chunks)
+{
+  Device *device = raster_device(variant);
+  SureRaster raster;
+  SureMaps maps = {0};
+  DeviceBuffer solid;
+  RasterOptions options = {.way = variant == RASTER_DIRECT_1 ? RASTER_WAY_DIRECT : RASTER_WAY_BINS,
+                           .pass_chunks = pass_chunks};
+  raster_assert_ok(
+      buffer_create(&solid, device, solids->word_count * sizeof *solids->bits, solids->bits, "solid", &raster_log));
+  raster_assert_ok(sure_raster_make(&raster, device, &fixture->triangles, &options, &raster_log));
+  raster_assert_ok(sure_maps_draw(&maps, &raster, device, &fixture->triangles, fit, &solid, true, &raster_log));
+  SureCopy copy = {(uint32_t)(maps.blocks.bytes / sizeof(ShadowBlock)), buffer_copy(device, &maps.blocks),
+                   buffer_copy(device, &maps.rows)};
+  sure_maps_free(&maps);
+  sure_raster_free(&raster);
+  buffer_free(&solid);
+  return copy;
+}
+
+static void copy_free(SureCopy *copy)
+{
+  free(copy->blocks);
+  free(copy->rows);
+}
+
+// Entry k of a texel's list: false where there is none, or what it says means nothing.
+static bool entry_of(float *near, uint32_t *number, const SureCopy *copy, uint32_t block, uint32_t texel, uint32_t k)
+{
+  const ShadowBlock *of = &copy->blocks[block];
+  const ShadowRow *row = k ? &copy->rows[(size_t)(k - 1) * copy->block_count + block] : &of->first;
+  if (k >= of->row_count || !(row->near[texel] > -INFINITY) || row->near[texel] < of->covered[texel]) return false;
+  *near = row->near[texel];
+  *number = row->number[texel];
+  return true;
+}
+
+static bool texels_differ(const SureCopy *a, const SureCopy *b, uint32_t block, uint32_t texel)
+{
+  const ShadowBlock *of_a = &a->blocks[block], *of_b = &b->blocks[block];
+  if (memcmp(&of_a->covered[texel], &of_b->covered[texel], sizeof(float)) != 0) return true;
+  float rest_a = fmaxf(of_a->rest[texel], of_a->covered[texel]),
+        rest_b = fmaxf(of_b->rest[texel], of_b->covered[texel]);
+  if (memcmp(&rest_a, &rest_b, sizeof rest_a) != 0) return true;
+  for (uint32_t k = 0; k < SHADOW_NUMBERS; k++) {
+    float near[2] = {0};
+    uint32_t number[2] = {0};
+    bool has_a = entry_of(&near[0], &number[0], a, block, texel, k),
+         has_b = entry_of(&near[1], &number[1], b, block, texel, k);
+    if (has_a != has_b || memcmp(&near[0], &near[1], sizeof(float)) != 0 || number[0] != number[1]) return true;
+  }
+  return false;
+}
+
+// Fails unless all variants draw the same; returns how many texels name a triangle, and how many are covered.
+static void scene_check(const Scene *scene, const Camera *camera, uint32_t size_px, uint32_t pass_chunks)
+{
+  RasterFixture fixture;
+  Solids solids;
+  const PictureArea area = {160, 90, 0, 0, 160, 90};
+  const CameraInfo info = camera_info(camera, &area);
+  raster_fixture_make(&fixture, scene);
+  raster_assert_ok(solids_make(&solids, scene, &raster_log));
+  const ShadowScope scope = {&info, fixture.scene.low, fixture.scene.high};
+  const ShadowOptions shadow_options = {.map_size_px = size_px};
+  assert_true(fixture.scene.light_count > 0);
+  for (uint32_t light = 0; light < fixture.scene.light_count; light++) {
+    ShadowFit fit;
+    uint32_t named = 0, covered = 0, full = 0;
+    if (!shadow_fit(&fit, &fixture.scene.light_infos[light], SHADOWS_HYBRID, &shadow_options, &scope)) continue;
+    SureCopy copies[RASTER_VARIANTS];
+    for (int v = 0; v < RASTER_VARIANTS; v++)
+      copies[v] = maps_draw(&fixture, &solids, &fit, (RasterVariant)v, v == RASTER_BINS_16 ? 0 : pass_chunks);
+    for (uint32_t i = 0; i < 16 * copies[0].block_count; i++) {
+      const ShadowBlock *block = &copies[0].blocks[i / 16];
+      for (int v = 1; v < RASTER_VARIANTS; v++)
+        if (texels_differ(&copies[0], &copies[v], i / 16, i % 16))
+          fail_msg("light %u, texel %u of block %u: %s differs", light, i % 16, i / 16, raster_variant_names[v]);
+      named += block->first.near[i % 16] > -INFINITY;
+      covered += block->covered[i % 16] > -INFINITY;
+      full += block->rest[i % 16] > -INFINITY;
+    }
+    printf("light %u: of %u texels %u name triangles, %u not all, %u are covered\n", light, 16 * copies[0].block_count,
+           named, full, covered);
+    assert_true(named > 0 && covered > 0);
+    for (int v = 0; v < RASTER_VARIANTS; v++) copy_free(&copies[v]);
+  }
+  solids_free(&solids);
+  raster_fixture_free(&fixture);
+}
+
+// Every kind of material and light; sizes that are not of whole tiles or bins.
+static void every_way_and_width_knows_the_same(void **state)
+{
+  Scene scene = scene_features();
+  Camera camera = scene_features_camera();
+  scene_check(&scene, &camera, 20, 0);
+  scene_check(&scene, &camera, 100, 0);
+  scene_free(&scene);
+}
+
+// Lists that overflow, in bins that several passes add to.
+static void passes_add_up_to_the_whole(void **state)
+{
+  Scene scene = gltf_read_fine("scenes/colonnade.glb");
+  Camera camera;
+  raster_assert_ok(scene_camera_choose(&camera, &scene, NULL, 16.0 / 9, &raster_log));
+  scene_check(&scene, &camera, 64, 96);
+  scene_free(&scene);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(every_way_and_width_knows_the_same),
+      cmocka_unit_test(passes_add_up_to_the_whole),
+  };
+  return cmocka_run_group_tests(tests, raster_tests_begin, raster_tests_end);
+}
