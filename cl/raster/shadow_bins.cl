@@ -42,7 +42,10 @@ static inline __attribute__((always_inline)) void block_enter(global ShadowBlock
     return;
   }
 #if LANES < 16
-  for (uint i = 0; i < 16; i += LANES) LANE_STORE(none, row->near, i);
+  for (uint i = 0; i < 16; i += LANES) {
+    LANE_STORE(none, row->near, i);
+    LANE_STORE(UINTL(UINT_MAX), row->number, i);
+  }
 #endif
   LANE_STORE(most, row->near, part);
   LANE_STORE(name, row->number, part);

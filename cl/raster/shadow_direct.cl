@@ -8,7 +8,7 @@
 //   shadow_fill    work-items that go through the records: the lists
 //   shadow_tiles   a work-group a tile of GROUP_SIZE texels: each has a work-item, which keeps what the texel knows in
 //                  registers. GROUP_SIZE triangles of the bin's list at a time are tried on the tile, one a work-item,
-//                  and then all draw those that are on it.
+//                  and then those of each block draw what is on it.
 //
 //   Cost  100 bytes written for a triangle and view that survive, 8 read for each tile of a bin that it is in; 20 to 76
 //   bytes written a texel.
@@ -22,13 +22,14 @@
 #error "a tile is not of whole rows of blocks"
 #endif
 
-#define TILE_BLOCK_ROWS (GROUP_SIZE / 32)
+#define TILE_BLOCKS (GROUP_SIZE / 16)  // in rows of two
+#define TILE_BLOCK_ROWS (TILE_BLOCKS / 2)
 
 // Bins of a record: first and last.
 static inline int4 record_bins(global const uint *record)
 {
   uint x = record[SURE_TEXELS], y = record[SURE_TEXELS + 1];
-  return convert_int4((uint4)(x & 0xffffu, y & 0xffffu, x >> 16, y >> 16)) / RASTER_BIN_PX;
+  return convert_int4((uint4)(x & 0xffffu, y & 0xffffu, x >> 16, y >> 16)) / SURE_BIN_PX;
 }
 
 static inline bool record_is_large(int4 bins)
@@ -61,7 +62,7 @@ kernel void shadow_take(global const RasterBlock *blocks, global const RasterBou
   global uint *record = records + (first + before) * SURE_DIRECT_WORDS;
   for (uint i = 0; i < SURE_VIEW; i++) record[i] = fields[i];
   record[SURE_VIEW] = view;
-  int4 bins = (int4)(box[0], box[1], box[2], box[3]) / RASTER_BIN_PX;
+  int4 bins = (int4)(box[0], box[1], box[2], box[3]) / SURE_BIN_PX;
   global uint *count = counts + SURE_COUNTS + list_of_view(view, columns);
   if (record_is_large(bins)) {
     atomic_inc(&count[columns * columns]);
@@ -148,11 +149,23 @@ static inline void texel_draw(Texel *texel, const ListRecord *t, int2 at_px, int
   texel->rest = max_lane(most, texel->rest);
 }
 
+// Blocks of the tile at `low` that a record's texels are in: bit i for block i.
+static inline uint record_blocks(global const uint *record, uint2 low)
+{
+  uint x = record[SURE_TEXELS], y = record[SURE_TEXELS + 1], meets = 0;
+  for (uint i = 0; i < TILE_BLOCKS; i++) {
+    uint2 at = low + (uint2)(i % 2, i / 2) * 4;
+    bool met = (x & 0xffffu) < at.x + 4 && x >> 16 >= at.x && (y & 0xffffu) < at.y + 4 && y >> 16 >= at.y;
+    meets |= (uint)met << i;
+  }
+  return meets;
+}
+
 kernel void shadow_tiles(uint size, uint view_count, uint columns, global const uint *records,
                          global const uint *starts, global const uint *ends, global const uint *lists, uint begin,
                          global ShadowBlock *blocks, global ShadowRow *rows)
 {
-  local uint found[GROUP_SIZE], found_count, row_counts[GROUP_SIZE / 16];
+  local uint found[TILE_BLOCKS][GROUP_SIZE], counts[TILE_BLOCKS];
   uint row_blocks = size / 4, tile_columns = (row_blocks + 1) / 2;
   uint tiles = tile_columns * ((row_blocks + TILE_BLOCK_ROWS - 1) / TILE_BLOCK_ROWS);
   uint view = get_group_id(0) / tiles, tile = get_group_id(0) % tiles, member = get_local_id(0);
@@ -165,27 +178,25 @@ kernel void shadow_tiles(uint size, uint view_count, uint columns, global const 
   Texel texel = texel_load(&blocks[index], &rows[index], block_count, entry, begin);
   int2 at_px = (int2)((int)(entry % 4), (int)(entry / 4)), first_px = convert_int2(at) * 4;
 
-  uint2 low = tile_block * 4, high = low + (uint2)(8, 4 * TILE_BLOCK_ROWS);
-  uint list = list_of_view(view, columns) + low.y / RASTER_BIN_PX * columns + low.x / RASTER_BIN_PX;
+  uint2 low = tile_block * 4;
+  uint list = list_of_view(view, columns) + low.y / SURE_BIN_PX * columns + low.x / SURE_BIN_PX;
   uint large = list_of_view(view, columns) + columns * columns;
   uint binned = ends[list] - starts[list], all = binned + ends[large] - starts[large];
   for (uint first = 0; first < all; first += GROUP_SIZE) {
-    uint place = first + member, number = 0;
-    bool meets = false;
+    uint place = first + member, meets = 0, number = 0;
     if (place < all) {
       number = lists[place < binned ? starts[list] + place : starts[large] + place - binned];
-      uint span_x = records[number * SURE_DIRECT_WORDS + SURE_TEXELS],
-           span_y = records[number * SURE_DIRECT_WORDS + SURE_TEXELS + 1];
-      meets =
-          (span_x & 0xffffu) < high.x && span_x >> 16 >= low.x && (span_y & 0xffffu) < high.y && span_y >> 16 >= low.y;
+      meets = record_blocks(records + number * SURE_DIRECT_WORDS, low);
     }
-    if (member == 0) found_count = 0;
+    if (member < TILE_BLOCKS) counts[member] = 0;
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (meets) found[atomic_inc(&found_count)] = number;
+    for (; meets; meets &= meets - 1) {
+      uint block = lowest_bit(meets);
+      found[block][atomic_inc(&counts[block])] = number;
+    }
     barrier(CLK_LOCAL_MEM_FENCE);
-    uint count = found_count;
-    for (uint i = 0; i < count; i++) {
-      ListRecord record = list_record(records + found[i] * SURE_DIRECT_WORDS);
+    for (uint i = 0; i < counts[member / 16]; i++) {
+      ListRecord record = list_record(records + found[member / 16][i] * SURE_DIRECT_WORDS);
       texel_draw(&texel, &record, at_px, first_px);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
@@ -194,9 +205,11 @@ kernel void shadow_tiles(uint size, uint view_count, uint columns, global const 
   uint used = 0;
 #pragma unroll
   for (uint k = 0; k < SHADOW_NUMBERS; k++) used += texel.near[k] > -INFINITY;
-  if (entry == 0) row_counts[member / 16] = 0;
+  if (entry == 0) counts[member / 16] = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
-  atomic_max(&row_counts[member / 16], used);
+  atomic_max(&counts[member / 16], used);
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (on_map) texel_store(&texel, &blocks[index], &rows[index], block_count, entry, row_counts[member / 16]);
+  uint row_count = counts[member / 16];
+  if (on_map) texel_store(&texel, &blocks[index], &rows[index], block_count, entry, row_count);
+  barrier(CLK_LOCAL_MEM_FENCE);  // without it PoCL 3.1 loses some of what is stored
 }

@@ -92,6 +92,7 @@ SHARED_SIZE(ShadowBlock, 320);
 
 // The direct way (cl/raster/shadow_direct.cl): records have fewer words; counts of its lists.
 #define SURE_DIRECT_WORDS 24
+#define SURE_BIN_PX 16  // side of its bins
 #define SURE_RECORD_COUNT 0
 #define SURE_LIST_COUNT 1  // of all lists
 #define SURE_COUNTS 2      // and behind them that of each list

@@ -52,6 +52,14 @@ done:
   return status;
 }
 
+// Passes are as large as those of the direct way of other rasters where the device has 16 times as much memory.
+static RasterWay pass_way(const SureRaster *raster, const Device *device)
+{
+  const uint64_t triangle_bytes = (SURE_DIRECT_WORDS + RASTER_LARGE_BINS) * sizeof(uint32_t);
+  bool large = device_info(device)->memory_bytes / 16 > 4096 * triangle_bytes * RASTER_CHUNK;
+  return raster->way == RASTER_WAY_DIRECT && large ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
+}
+
 Status sure_raster_make(SureRaster *out, Device *device, const RasterScene *triangles, const RasterOptions *options,
                         Log *log)
 {
@@ -59,7 +67,8 @@ Status sure_raster_make(SureRaster *out, Device *device, const RasterScene *tria
   SureRaster raster = {.way = options->way};
   bool direct = device_info(device)->is_gpu && device_traits(device)->lanes == 1;
   if (raster.way == RASTER_WAY_BEST) raster.way = direct ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
-  raster.pass_chunks = raster_pass_chunks(options, RASTER_WAY_BINS, triangles->chunk_count * SHADOW_VIEWS_MOST);
+  raster.pass_chunks =
+      raster_pass_chunks(options, pass_way(&raster, device), triangles->chunk_count * SHADOW_VIEWS_MOST);
   if (raster.pass_chunks < SHADOW_VIEWS_MOST) raster.pass_chunks = SHADOW_VIEWS_MOST;
   TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, log));
   *out = raster;
@@ -174,7 +183,8 @@ Status sure_maps_draw(SureMaps *out, SureRaster *raster, Device *device, const R
 {
   Status status = STATUS_OK;
   const ShadowInfo *info = &fit->info;
-  const uint32_t views = info->view_count, columns = divide_up(info->size_px, RASTER_BIN_PX);
+  const uint32_t views = info->view_count, bin_px = raster->way == RASTER_WAY_BINS ? RASTER_BIN_PX : SURE_BIN_PX,
+                 columns = divide_up(info->size_px, bin_px);
   uint32_t pass_chunks = raster->pass_chunks / views;
   const SureDrawing drawing = {out, raster, device, triangles, solid, skip_facing, views, columns};
   out->info = *info;
