@@ -87,7 +87,7 @@ static bool texels_differ(const SureCopy *a, const SureCopy *b, uint32_t block, 
   return false;
 }
 
-// Fails unless all variants draw the same; returns how many texels name a triangle, and how many are covered.
+// Fails unless all variants draw the same of each light's maps, and something. The first draws the scene in one pass.
 static void scene_check(const Scene *scene, const Camera *camera, uint32_t size_px, uint32_t pass_chunks)
 {
   RasterFixture fixture;

@@ -81,8 +81,8 @@ static inline FloatL list_cover(const ListLanes *at, const ListRecord *t, IntL t
   return (covers & (least > covered)) ? least : covered;
 }
 
-// Enters a triangle into an entry of lists, the closest first, ties by number; returns with what that displaces, or with
-// what came. Lanes without a triangle are at -INFINITY, UINT_MAX.
+// Enters a triangle into an entry of lists, the closest first, ties by number; returns with what that displaces, or
+// with what came. Lanes without a triangle are at -INFINITY, UINT_MAX.
 static inline IntL list_enter(FloatL *near, UintL *number, FloatL *most, UintL *name)
 {
   FloatL before = *near;

@@ -10,8 +10,9 @@
 //                  registers. GROUP_SIZE triangles of the bin's list at a time are tried on the tile, one a work-item,
 //                  and then those of each block draw what is on it.
 //
-//   Cost  100 bytes written for a triangle and view that survive, 8 read for each tile of a bin that it is in; 20 to 76
-//   bytes written a texel.
+//   Cost  on an H100, for all maps of a picture's lights, 0.6 ms (12 k triangles), 2.9 (120 k) and 6 to 8.5 (740 and
+//   970 k); 100 bytes written for a triangle and view that survive, 8 read for each tile of a bin that it is in; 20 to
+//   76 bytes written a texel.
 //   Lists come in any order, texels do not depend on it (lib/sure_texels.cl). LANES is 1. Records and lists have room
 //   for every triangle and view of a pass: nothing overflows.
 

@@ -53,8 +53,8 @@ SHARED_SIZE(ShadowInfo, 44);
 // ray from a point that is less close than `covered` is dark. Triangle `number` comes no closer than `near`, in the
 // texel; a texel names up to SHADOW_NUMBERS of them, the closest first, and no other comes closer than `rest`. All hold
 // beyond SHADOW_ROUNDING. The lists of a block's texels are rows: the first in the block, row k > 0 of block i of all
-// maps' `block_count` at rows[(k - 1) * block_count + i], so that what no list is long enough for is not touched. Where a
-// list is shorter than its block's, `near` is -INFINITY. What comes less close than `covered` means nothing.
+// maps' `block_count` at rows[(k - 1) * block_count + i], so that what no list is long enough for is not touched. Where
+// a list is shorter than its block's, `near` is -INFINITY. What comes less close than `covered` means nothing.
 #define SHADOW_NUMBERS 8
 
 // The triangle is of a closed surface, of which the sides that face the light are left out.

@@ -1,5 +1,5 @@
 // Which triangles belong to closed surfaces: what hybrid shadows may leave out of their lists
-// (cl/raster/shadow_lists.cl).
+// (cl/raster/shadow_setup.cl).
 #pragma once
 
 #include "base/log.h"

@@ -16,8 +16,9 @@ typedef struct ShadowHybrid {
   uint64_t rays, traced;  // of what was judged so far
 } ShadowHybrid;
 
-// Draws the maps of every light. 76 bytes a texel, of which a CPU touches what the lists need; lights for whose maps there is no room any more are
-// left out, with a warning that says how many. Errors: those of program_build and buffer_create.
+// Draws the maps of every light. 76 bytes a texel, of which a CPU touches what the lists need; lights for whose maps
+// there is no room any more are left out, with a warning that says how many. Errors: those of program_build and
+// buffer_create.
 Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                           const Plan *plan, const CameraInfo *camera, uint32_t capacity, Log *log);
 void shadow_hybrid_free(ShadowHybrid *hybrid);
@@ -26,7 +27,8 @@ bool shadow_hybrid_has(const ShadowHybrid *hybrid, uint32_t light);
 
 // Adds the weights of rays [0, count) of segment `segment` that nothing stops on their way to light `light`: what
 // trace_any does. Incoherent rays are all traced: the maps gain nothing there, and what two mirrors reflect may begin
-// within a closed surface that touches them, by rounding. Waits for the device to say how many rays are unsure. Errors: STATUS_DEVICE.
+// within a closed surface that touches them, by rounding. Waits for the device to say how many rays are unsure. Errors:
+// STATUS_DEVICE.
 Status shadow_hybrid_trace(ShadowHybrid *hybrid, const Tracer *tracer, Device *device, const DeviceScene *scene,
                            uint32_t light, const RayStream *rays, uint32_t segment, uint32_t count,
                            const DeviceBuffer *radiance, Coherence coherence, Log *log);
