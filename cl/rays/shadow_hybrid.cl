@@ -118,14 +118,14 @@ static inline IntL named_walk(Packet *p, IntL group, uint kz, const TexelLook *l
   return unclear;
 }
 
-kernel void shadow_hybrid(global const ShadowInfo *info, global const ShadowView *views, global const ShadowBlock *blocks,
-                          global const ShadowRow *rows, global const BvhTriangle *triangles, global const float *rays,
-                          uint capacity, uint ray_count, uint segment, global const uint *slots,
-                          global float4 *radiance, global float *unsure_rays, global uint *unsure_slots,
-                          global uint *unsure_count, global const TriangleCorners *corners, global const Float2 *uvs,
-                          global const Float4 *colors, uint vertex_count, global const MaterialInfo *materials,
-                          global const TextureInfo *textures, global const uchar4 *texel_bytes,
-                          constant float *linear_from_byte)
+kernel void shadow_hybrid(global const ShadowInfo *info, global const ShadowView *views,
+                          global const ShadowBlock *blocks, global const ShadowRow *rows,
+                          global const BvhTriangle *triangles, global const float *rays, uint capacity, uint ray_count,
+                          uint segment, global const uint *slots, global float4 *radiance, global float *unsure_rays,
+                          global uint *unsure_slots, global uint *unsure_count, global const TriangleCorners *corners,
+                          global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
+                          global const MaterialInfo *materials, global const TextureInfo *textures,
+                          global const uchar4 *texel_bytes, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners,   uvs,      colors,      vertex_count,
                                  materials, textures, texel_bytes, linear_from_byte};
