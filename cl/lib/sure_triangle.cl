@@ -150,7 +150,7 @@ static inline float4 list_clipped_bounds(const ListTriangle *t, uint lane, const
   float4 bounds = (float4)(INFINITY, INFINITY, -INFINITY, -INFINITY);
   for (uint i = 0; i < polygon.count; i++) {
     float2 at = polygon.vertex[i].xy / polygon.vertex[i].w;
-    bounds = (float4)(min(bounds.xy, at), max(bounds.zw, at));
+    bounds = (float4)(min(bounds.x, at.x), min(bounds.y, at.y), max(bounds.z, at.x), max(bounds.w, at.y));
   }
   return bounds;
 }

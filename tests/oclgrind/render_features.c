@@ -11,8 +11,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "device_scene/solid.h"
 #include "passes/raster_depth.h"
 #include "passes/raster_visibility.h"
+#include "passes/sure_maps.h"
 #include "render/shadow_bound.h"
 #include "scene/scene_build.h"
 #include "shared/stream.h"
@@ -174,6 +176,42 @@ done:
   return status;
 }
 
+// What the maps of a point light know for sure, as a GPU draws them.
+static Status sure_maps_direct(Device *device, const DeviceScene *scene)
+{
+  Status status = STATUS_OK;
+  const RasterOptions options = {.way = RASTER_WAY_DIRECT};
+  const ShadowOptions shadow_options = {.map_size_px = 16};
+  const Camera camera = scene_features_camera();
+  const CameraInfo info = camera_info(&camera, &(PictureArea){64, 36, 0, 0, 64, 36});
+  const ShadowScope scope = {&info, scene->low, scene->high};
+  ShadowFit fit;
+  Solids solids = {0};
+  RasterScene triangles = {0};
+  SureRaster raster = {0};
+  SureMaps maps = {0};
+  DeviceBuffer solid = {0};
+  bool lit = false;
+  for (uint32_t i = 0; i < scene->light_count && !lit; i++)
+    lit = scene->light_infos[i].kind == LIGHT_KIND_POINT &&
+          shadow_fit(&fit, &scene->light_infos[i], SHADOWS_HYBRID, &shadow_options, &scope);
+  if (!lit) return log_fail(&picture_log, STATUS_FAILED, "sure maps: the scene has no point light");
+  TRY(solids_make(&solids, scene->source, &picture_log));
+  TRY(buffer_create(&solid, device, solids.word_count * sizeof *solids.bits, solids.bits, "solid", &picture_log));
+  TRY(raster_scene_make(&triangles, device, scene, &options, &picture_log));
+  TRY(sure_raster_make(&raster, device, &triangles, &options, &picture_log));
+  TRY(sure_maps_draw(&maps, &raster, device, &triangles, &fit, &solid, true, &picture_log));
+  TRY(device_finish(device, &picture_log));
+
+done:
+  solids_free(&solids);
+  buffer_free(&solid);
+  raster_scene_free(&triangles);
+  sure_raster_free(&raster);
+  sure_maps_free(&maps);
+  return status;
+}
+
 int main(int argc, char **argv)
 {
   static const float colors[4][3] = {{1, 1, 1}, {0.5f, 0.6f, 1}, {0.2f, 0.2f, 0.1f}, {3, 2, 1}};
@@ -225,6 +263,7 @@ int main(int argc, char **argv)
   if (lanes == 1) {
     TRY(depth_maps(device, &device_scene, RASTER_WAY_DIRECT));
     TRY(visibility_direct(device, &device_scene));
+    TRY(sure_maps_direct(device, &device_scene));
   }
 
 done:
