@@ -180,7 +180,7 @@ static inline FloatL lit_by_kernel(global const float *map, uint size, uint kern
         float16 share = kernel_share(block_x, left - (float)(4 * x), side) * share_y;
         float receiver = depth + by_x * ((float)(4 * x) + 0.5f - px) + by_y * ((float)(4 * y) + 0.5f - py);
         float16 there = vload16(y * (last + 1) + x, map);
-        sum += (step + receiver <= there) | (there >= 1) ? share : (float16)0;
+        sum += ((step + receiver <= there) | (there >= 1)) ? share : (float16)0;
         all += share;
       }
     }

@@ -57,7 +57,7 @@ static inline FloatL texel_doubt(global const ShadowInfo *info, global const flo
 
 static inline FloatL ramp_doubt(FloatL lit)
 {
-  return (lit > FLOATL(0)) & (lit < FLOATL(DOUBT_LIT)) ? FLOATL(1) : FLOATL(0);
+  return ((lit > FLOATL(0)) & (lit < FLOATL(DOUBT_LIT))) ? FLOATL(1) : FLOATL(0);
 }
 
 #ifdef HAS_DISC
