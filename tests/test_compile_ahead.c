@@ -202,6 +202,21 @@ static void its_failure_is_none_of_the_program(void **state)
   CLI_EXPECT(2, "nothing to do", COMPILE_AHEAD_COMMAND);
 }
 
+// PoCL shows what the compiler remarks on to whoever renders.
+static void compiler_has_nothing_to_remark(void **state)
+{
+  static const char *const shadows[] = {"pcss", "hybrid"};
+  if (skips()) skip();
+  for (size_t i = 0; i < sizeof shadows / sizeof *shadows; i++) {
+    cache_take(shadows[i]);
+    CliRun run = cli_run("render", scene_path, "-o", cli_path("remarks.png"), "-s", "16x16", "--primary", "raster",
+                         "--shadows", shadows[i], "--reflections", "impostor", "--verify", "64", NULL);
+    cli_expect(&run, 0, "compiling kernels", __FILE__, __LINE__);
+    if (strstr(run.err, " generated")) fail_msg("--shadows %s: %s", shadows[i], run.err);
+    cli_free(&run);
+  }
+}
+
 int main(int argc, char **argv)
 {
   const struct CMUnitTest tests[] = {
@@ -210,6 +225,7 @@ int main(int argc, char **argv)
       cmocka_unit_test(cached_kernels_need_none),
       cmocka_unit_test(it_ends_with_the_program),
       cmocka_unit_test(its_failure_is_none_of_the_program),
+      cmocka_unit_test(compiler_has_nothing_to_remark),
   };
   Log log = {0};
   if (argc > 1 && !strcmp(argv[1], COMPILE_AHEAD_COMMAND))
