@@ -57,16 +57,28 @@ done:
   return status;
 }
 
-static Status read_map_size(void *field, const Option *option, const char *text, Log *log)
+// A size in texels; 0 for auto.
+static Status size_read(void *field, const Option *option, const char *text, uint32_t multiple, const char *wanted,
+                        Log *log)
 {
   Status status = STATUS_OK;
   uint32_t size = 0;
   if (strcmp(text, "auto") != 0) TRY(option_read_u32(&size, option, text, log));
-  if (size % 4) return option_fail(log, option, text, "a multiple of 4");
+  if (size % multiple) return option_fail(log, option, text, wanted);
   *(uint32_t *)field = size;
 
 done:
   return status;
+}
+
+static Status read_map_size(void *field, const Option *option, const char *text, Log *log)
+{
+  return size_read(field, option, text, 4, "a multiple of 4", log);
+}
+
+static Status read_cube_size(void *field, const Option *option, const char *text, Log *log)
+{
+  return size_read(field, option, text, 8, "a multiple of 8", log);
 }
 
 static Status read_reflections(void *field, const Option *option, const char *text, Log *log)
@@ -74,18 +86,6 @@ static Status read_reflections(void *field, const Option *option, const char *te
   int index = 0;
   Status status = option_read_word(&index, option, text, log);
   if (!status) *(ReflectionMethod *)field = (ReflectionMethod)(REFLECTIONS_NONE + index);
-  return status;
-}
-
-static Status read_cube_size(void *field, const Option *option, const char *text, Log *log)
-{
-  Status status = STATUS_OK;
-  uint32_t size = 0;
-  if (strcmp(text, "auto") != 0) TRY(option_read_u32(&size, option, text, log));
-  if (size % 8) return option_fail(log, option, text, "a multiple of 8");
-  *(uint32_t *)field = size;
-
-done:
   return status;
 }
 

@@ -17,6 +17,13 @@ static Status transfer_fail(Log *log, Device *device, const char *what, cl_int e
                   device_error_text(error), error);
 }
 
+uint64_t device_budget(const Device *device, uint64_t asked, uint64_t usual_most)
+{
+  uint64_t quarter = device->info.memory_bytes / 4, most = asked;
+  if (!asked) most = quarter < usual_most ? quarter : usual_most;
+  return most < device->info.max_buffer_bytes ? most : device->info.max_buffer_bytes;
+}
+
 Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void *initial, const char *what, Log *log)
 {
   if (bytes > device->info.max_buffer_bytes)

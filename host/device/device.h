@@ -52,6 +52,10 @@ typedef struct DeviceBuffer {
   size_t bytes;
 } DeviceBuffer;
 
+// What maps of some kind may take of the device's memory: `asked`, or where that is 0 a quarter of it, at most
+// `usual_most`; never more than one buffer may have.
+uint64_t device_budget(const Device *device, uint64_t asked, uint64_t usual_most);
+
 // Makes a buffer of `bytes` (an empty one becomes 4 bytes, so that it can be passed), filled from `initial` if given.
 // `what` names it in messages. Errors: STATUS_NO_MEMORY, STATUS_TOO_LARGE (over the device's largest buffer).
 Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void *initial, const char *what, Log *log);

@@ -5,13 +5,10 @@
 
 uint64_t shadow_bytes_most(const ShadowOptions *options, const Device *device)
 {
-  const uint64_t usual_most = 2000000000, quarter = device_info(device)->memory_bytes / 4;
-  const uint64_t buffer = device_info(device)->max_buffer_bytes;
-  uint64_t most = options->max_bytes ? options->max_bytes : quarter < usual_most ? quarter : usual_most;
-  return most < buffer ? most : buffer;
+  return device_budget(device, options->max_bytes, 2000000000);
 }
 
-// The fits of all lights, one behind the other in what they take of views and texels; warns of those left out.
+// The fits of all lights, one behind the other in what they take of views and texels; counts those left out.
 static void lights_fit(ShadowMaps *maps, ShadowFit *fits, const DeviceScene *scene, const Plan *plan,
                        const CameraInfo *camera, uint64_t most)
 {

@@ -72,21 +72,25 @@ static ShadeInfo shade_info(const Frame *frame, const Wave *wave, uint32_t depth
   const FrameRequest *request = &frame->request;
   const Plan *plan = &request->plan;
   const CameraInfo *camera = &frame->camera.info;
-  const uint32_t max_depth = plan->max_depth;
+  const bool reflects = plan->reflected_rays && depth < plan->max_depth;
+  const bool by_image = frame->shader.environment_table.bytes > 0;
   return (ShadeInfo){
       .model = plan->lighting == LIGHTING_PHONG ? LIGHTING_MODEL_PHONG : LIGHTING_MODEL_PBR,
       .first_batch = 1,
       .cast_shadows = plan->shadow_rays,
-      .reflect = plan->reflected_rays &&
-                 depth<max_depth, .environment_light = environment_light_of(plan->environment_light),
-                       .ambient = plan->ambient, .min_weight = least_weight, .min_transmitted = least_transmitted,
-                       .primary = depth == 0, .flat_background = request->flat_background,
-                       .background = {request->background[0], request->background[1], request->background[2]},
-                       .max_roughness = plan->max_roughness,
-                       .occlusion_radius_m = (float)(occlusion_reach * frame->scene->extent_m),
-                       .environment_segment = frame->light_segments,
-                       .environment_open = frame->shader.environment_segments - 1,
-                       .environment_table = frame->shader.environment_table.bytes> 0,
+      .reflect = reflects,
+      .environment_light = environment_light_of(plan->environment_light),
+      .ambient = plan->ambient,
+      .min_weight = least_weight,
+      .min_transmitted = least_transmitted,
+      .primary = depth == 0,
+      .flat_background = request->flat_background,
+      .background = {request->background[0], request->background[1], request->background[2]},
+      .max_roughness = plan->max_roughness,
+      .occlusion_radius_m = (float)(occlusion_reach * frame->scene->extent_m),
+      .environment_segment = frame->light_segments,
+      .environment_open = frame->shader.environment_segments - 1,
+      .environment_table = by_image,
       .random_key = path,
       .receivers = reflections_use_maps(reflections_of(frame, depth + 1)),
       .first_tile = wave->first_tile,

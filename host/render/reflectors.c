@@ -136,8 +136,7 @@ static uint32_t cubes_fit(CubeInfo *cubes, uint32_t *cube_of_object, Frame *fram
                           uint32_t count, uint32_t factor, Log *log)
 {
   const CubeOptions *options = &frame->request.plan.cubes;
-  const uint64_t usual_most = 512000000, quarter = device_info(frame->device)->memory_bytes / 4;
-  const uint64_t most = options->max_bytes ? options->max_bytes : usual_most < quarter ? usual_most : quarter;
+  const uint64_t most = device_budget(frame->device, options->max_bytes, 512000000);
   ReflectorSummary *summary = &frame->reflectors;
   const uint64_t texel_bytes = sizeof(Float4) + (marches(&frame->request.plan) ? sizeof(float) : 0);
   uint32_t kept = 0;

@@ -18,7 +18,8 @@ typedef struct ShadowBound {
 //   expected   the mean over the probes of the doubts of all their samples and lights, added, at most 1 (union bound)
 //   bound      f (expected + z s): s is the standard error of that mean over the probes, z = 2.576 (99 %); f = 2 for
 //              SHADOWS_MAP, as an edge may lie as badly as it can all along; 1.35 for PCF and PCSS, for what is off
-//              beyond the ramp: thin casters, bent surfaces
+//              beyond the ramp: thin casters, bent surfaces; how much that is was found by trial on those pictures
+//              and on `frugal stability --only projective-aliasing`
 //
 // `frame` is made, with maps in it (plan_uses_shadow_maps, not SHADOWS_HYBRID), and need not be rendered; `scale` is
 // what its radiance is multiplied by for display, INFINITY where that is not known. Where scale x what a light brings

@@ -1,0 +1,119 @@
+// What the program reports of a render: --stats, --trace, --profile, --verify.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+#include <jansson.h>
+
+#include "support/cli.h"
+
+#define SIZE "64x48"
+enum { WIDTH = 64 };
+
+static json_t *json_member(json_t *object, const char *name)
+{
+  json_t *member = json_object_get(object, name);
+  if (!member) fail_msg("no member %s", name);
+  return member;
+}
+
+static void reports_are_json_and_a_table(void **state)
+{
+  CliRun run = cli_run("render", cli_scene(), "-o", cli_path("r.png"), "-s", SIZE, "--stats", "-", "--trace",
+                       cli_path("trace.json"), "--profile", NULL);
+  cli_expect(&run, 0, "whole run", __FILE__, __LINE__);
+  json_error_t error;
+  json_t *stats = json_loads(run.out, 0, &error), *trace = json_load_file(cli_path("trace.json"), 0, &error);
+  assert_non_null(stats);
+  assert_non_null(trace);
+  assert_string_equal(json_string_value(json_member(stats, "scene")), cli_scene());
+  assert_int_equal(json_integer_value(json_array_get(json_member(stats, "size"), 0)), WIDTH);
+  assert_int_equal(json_integer_value(json_member(json_member(stats, "counts"), "triangles")), 2);
+  assert_true(json_array_size(json_member(stats, "passes")) > 5);
+  assert_true(json_real_value(json_member(stats, "total_ms")) > 0);
+  assert_true(json_array_size(json_member(trace, "traceEvents")) > 5);
+  json_decref(stats);
+  json_decref(trace);
+  cli_free(&run);
+}
+
+// The maps judge, or hybrid shadows would be rays by another name. (At sizes from 640x360 on it is under 1 % here.)
+static void hybrid_shadows_trace_few_rays_and_say_how_many(void **state)
+{
+  json_error_t error;
+  CliRun run = cli_run("render", "scenes/room.glb", "-o", cli_path("h.png"), "-s", "160x90", "--shadows", "hybrid",
+                       "--shadow-map-size", "256", "--stats", "-", NULL);
+  cli_expect(&run, 0, "", __FILE__, __LINE__);
+  json_t *stats = json_loads(run.out, 0, &error), *maps = json_member(stats, "shadow_maps");
+  json_int_t rays = json_integer_value(json_member(maps, "rays")),
+             traced = json_integer_value(json_member(maps, "traced"));
+  assert_true(rays > 160 * 90 && traced > 0);
+  if (traced * 10 > rays) fail_msg("%d of %d rays are traced", (int)traced, (int)rays);
+  json_decref(stats);
+  cli_free(&run);
+}
+
+static void reflections_by_maps_say_how_many_rays_they_answered(void **state)
+{
+  json_error_t error;
+  CliRun run = cli_run("render", "scenes/room.glb", "-o", cli_path("r.png"), "-s", "160x90", "--reflections",
+                       "impostor", "--cube-size", "64", "--stats", "-", NULL);
+  cli_expect(&run, 0, "", __FILE__, __LINE__);
+  json_t *stats = json_loads(run.out, 0, &error), *maps = json_member(stats, "reflection_maps");
+  json_int_t rays = json_integer_value(json_member(maps, "rays")),
+             traced = json_integer_value(json_member(maps, "traced"));
+  assert_string_equal(json_string_value(json_member(json_member(stats, "plan"), "reflections")), "impostor");
+  assert_int_equal(json_integer_value(json_member(maps, "cubes")), 1);
+  assert_int_equal(json_integer_value(json_array_get(json_member(maps, "size"), 0)), 64);
+  if (rays < 200 || traced * 3 > rays) fail_msg("%d of %d rays are traced", (int)traced, (int)rays);
+  json_decref(stats);
+  cli_free(&run);
+}
+
+// Maps tell beforehand what they may get wrong, and that covers what is measured.
+static void shadow_maps_state_their_error(void **state)
+{
+  json_error_t error;
+  CliRun run = cli_run("render", "scenes/room.glb", "-o", cli_path("m.png"), "-s", "160x90", "--shadows", "map",
+                       "--shadow-map-size", "256", "--verify", "all", "--stats", "-", NULL);
+  cli_expect(&run, 0, "% stated by their maps", __FILE__, __LINE__);
+  json_t *stats = json_loads(run.out, 0, &error), *maps = json_member(stats, "shadow_maps");
+  json_t *predicted = json_member(maps, "predicted"), *verify = json_member(stats, "verify");
+  double bound = json_real_value(json_member(predicted, "bound")),
+         expected = json_real_value(json_member(predicted, "expected")),
+         measured = json_real_value(json_member(json_member(json_member(verify, "shadows"), "off"), "share"));
+  if (!(measured > 0 && measured <= bound && expected < bound && bound < 8 * measured))
+    fail_msg("measured %g, expected %g, bound %g", measured, expected, bound);
+  json_decref(stats);
+  cli_free(&run);
+}
+
+static void the_program_says_how_many_pixels_are_off(void **state)
+{
+  char *stats;
+  CLI_EXPECT(0, "0 % of the pixels are off by more than 2/255 (all 3072 traced)", "render", cli_scene(), "-o",
+             cli_path("v.png"), "-s", "64x48", "--environment", "none", "--verify", "all");
+  CLI_EXPECT(0, "with 95 % confidence: 512 traced in 8 tiles)", "render", cli_scene(), "-o", cli_path("v.png"), "-s",
+             "64x48", "--environment", "none", "--verify", "500", "--stats", cli_path("v.json"));
+  stats = cli_load(cli_path("v.json"), NULL);
+  assert_non_null(stats);
+  assert_non_null(strstr(stats, "\"verify\""));
+  assert_non_null(strstr(stats, "\"off\""));
+  free(stats);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(reports_are_json_and_a_table),
+      cmocka_unit_test(hybrid_shadows_trace_few_rays_and_say_how_many),
+      cmocka_unit_test(reflections_by_maps_say_how_many_rays_they_answered),
+      cmocka_unit_test(shadow_maps_state_their_error),
+      cmocka_unit_test(the_program_says_how_many_pixels_are_off),
+  };
+  return cmocka_run_group_tests(tests, cli_set_up, cli_tear_down);
+}
