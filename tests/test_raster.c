@@ -41,6 +41,86 @@ static Camera camera_at(Vec3 eye, Vec3 target, double yfov_rad)
   return camera;
 }
 
+// Six faces about a point, of which every other one is mirrored.
+static void cube_views(RasterShot *shot, uint32_t size)
+{
+  shot->view_count = 6;
+  for (uint32_t face = 0; face < 6; face++) {
+    float axes[3][3] = {{0}};
+    for (uint32_t i = 0; i < 3; i++) axes[i][(face / 2 + i) % 3] = 1;
+    float s = face % 2 ? -1 : 1, scale = 2 / (float)size;
+    shot->views[face] = (CameraInfo){.position = {0.21f, -0.13f, 0.17f},
+                                     .forward = {s * axes[0][0], s * axes[0][1], s * axes[0][2]},
+                                     .right = {axes[1][0], axes[1][1], axes[1][2]},
+                                     .down = {axes[2][0], axes[2][1], axes[2][2]},
+                                     .scale = scale,
+                                     .center_x = 1,
+                                     .center_y = 1,
+                                     .far_m = INFINITY,
+                                     .width = size,
+                                     .height = size,
+                                     .tiles_per_row = size / TILE_SIZE};
+  }
+}
+
+// All views at once, in one wave and in several that end within a view, in one pass and in several.
+static void views_of_a_table_are_seen_as_rays_see_them(void **state)
+{
+  RasterFixture fixture;
+  Camera camera = camera_at(vec3(0, 0, 0), vec3(0, 0, -1), 1);
+  RasterShot shot = raster_shot(&camera, 8, 8, 1);
+  const RasterOptions narrow = {.pass_chunks = 7, .pass_tiles = 40};
+  Soup soup = {0};
+  soup_random(&soup, 9000, 1.5f, 0.2f, 8);
+  for (uint32_t i = 0; i < soup.triangle_count; i++) soup.flags[i] = i / 50 % 4;
+  raster_fixture_of_soup(&fixture, &soup);
+  for (uint32_t size = 32; size <= 136; size += 104) {
+    for (uint32_t wave_tiles = 0; wave_tiles <= 29; wave_tiles += 29) {
+      cube_views(&shot, size);
+      shot.wave_tiles = wave_tiles;
+      RasterHits rays = raster_assert_same(&fixture, &shot, "cube");
+      assert_true(raster_hits_count(&rays) > 6 * size * size / 2);
+      for (int variant = 0; variant < RASTER_VARIANTS; variant++) {
+        RasterHits hits = raster_hits(&fixture, &shot, (RasterVariant)variant, &narrow);
+        assert_int_equal(raster_hits_differ(&rays, &hits, raster_variant_names[variant]), 0);
+        raster_hits_free(&hits);
+      }
+      raster_hits_free(&rays);
+    }
+  }
+  raster_fixture_free(&fixture);
+}
+
+// What is hidden is as if it were not there.
+static void hidden_triangles_are_not_seen(void **state)
+{
+  enum { ALL = 3000, LEFT = 2100 };
+  RasterFixture all, left;
+  Camera camera = camera_at(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
+  RasterShot shot = raster_shot(&camera, 120, 90, 1);
+  Soup soup = {0};
+  soup_random(&soup, ALL, 1, 0.2f, 9);
+  raster_fixture_of_soup(&all, &soup);
+  soup_random(&soup, ALL, 1, 0.2f, 9);
+  soup.triangle_count = LEFT;
+  raster_fixture_of_soup(&left, &soup);
+  RasterHits rays = raster_hits_by_rays(&left, &shot), rays_of_all = raster_hits_by_rays(&all, &shot);
+  uint32_t behind = 0;
+  for (uint32_t i = 0; i < rays.count; i++) behind += rays_of_all.ids[i] >= LEFT && rays_of_all.ids[i] != HIT_NONE;
+  assert_true(behind > 500);
+  shot.hidden[0] = LEFT;
+  shot.hidden[1] = ALL;
+  for (int variant = 0; variant < RASTER_VARIANTS; variant++) {
+    RasterHits hits = raster_hits(&all, &shot, (RasterVariant)variant, NULL);
+    assert_int_equal(raster_hits_differ(&rays, &hits, raster_variant_names[variant]), 0);
+    raster_hits_free(&hits);
+  }
+  raster_hits_free(&rays);
+  raster_hits_free(&rays_of_all);
+  raster_fixture_free(&left);
+  raster_fixture_free(&all);
+}
+
 static void soups_are_seen_as_rays_see_them(void **state)
 {
   static const float center[3] = {0.3f, -0.2f, 0.1f};
@@ -297,6 +377,8 @@ static void every_pattern_of_samples_is_seen_as_rays_see_it(void **state)
 int main(void)
 {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(views_of_a_table_are_seen_as_rays_see_them),
+      cmocka_unit_test(hidden_triangles_are_not_seen),
       cmocka_unit_test(soups_are_seen_as_rays_see_them),
       cmocka_unit_test(coplanar_triangles_have_the_same_winner),
       cmocka_unit_test(fan_covers_every_sample),

@@ -12,6 +12,23 @@ static inline void tile_pixels(UintL *x, UintL *y, uint tile, uint within, uint2
   *y = UINTL(first.y) + (inside >> UINTL(2));
 }
 
+// Tiles of a picture of `view_count` views.
+static inline uint2 views_tiles(constant CameraInfo *cameras, uint view_count)
+{
+  uint2 grid = camera_tiles(cameras);
+  return (uint2)(grid.x, grid.y * view_count);
+}
+
+// The camera that LANES neighbouring slots of a tile see by, and their pixels in its view.
+static inline constant CameraInfo *tile_camera(UintL *x, UintL *y, constant CameraInfo *cameras, uint view_count,
+                                               uint tile, uint within)
+{
+  tile_pixels(x, y, tile, within, views_tiles(cameras, view_count));
+  uint view = view_count > 1 ? LANE_UINT(*y, 0) / cameras->height : 0;
+  *y -= UINTL(view * cameras->height);
+  return &cameras[view];
+}
+
 typedef struct CameraRay {
   Vec3L origin, direction;  // the direction has a component of 1 along the view axis
 } CameraRay;

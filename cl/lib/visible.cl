@@ -88,7 +88,8 @@ static inline void visible_hard(VisibleTriangle *out, uint lane, constant Raster
     LANE_FLOAT(out->edge_y[i], lane) = clear ? ey : 0;
     LANE_FLOAT(out->edge_0[i], lane) = clear ? edge_of_block(ex, ey, sign * edge[i][2] + error, error_px) : INFINITY;
   }
-  if (clear && determinant > 0 && flags & TRIANGLE_SINGLE_SIDED) LANE_INT(out->culled, lane) = -1;
+  if (clear && (determinant > 0) != (view->mirrored != 0) && flags & TRIANGLE_SINGLE_SIDED)
+    LANE_INT(out->culled, lane) = -1;
 }
 
 // Adds what one axis of a triangle's box does to the least and the greatest depth of the box. It is the box that bounds
@@ -147,7 +148,8 @@ static inline VisibleTriangle visible_setup(constant RasterView *view, const Vec
                           : FLOATL(INFINITY);
   }
   IntL single = (flags & UINTL(TRIANGLE_SINGLE_SIDED)) != UINTL(0);
-  out.culled = out.culled | (easy & clear & single & (area > zero));
+  IntL averted = view->mirrored ? area < zero : area > zero;
+  out.culled = out.culled | (easy & clear & single & averted);
   for (uint bits = lane_bits(!out.culled & !easy); bits; bits &= bits - 1) {
     uint lane = lowest_bit(bits);
     float corners[3][3];
@@ -158,6 +160,14 @@ static inline VisibleTriangle visible_setup(constant RasterView *view, const Vec
     }
     visible_hard(&out, lane, view, corners, LANE_UINT(flags, lane));
   }
+  return out;
+}
+
+// Lanes whose triangles are in one of `count` ranges of ids, [x, y).
+static inline IntL triangles_hidden(UintL id, global const uint2 *hidden, uint count)
+{
+  IntL out = INTL(0);
+  for (uint i = 0; i < count; i++) out = out | ((id >= UINTL(hidden[i].x)) & (id < UINTL(hidden[i].y)));
   return out;
 }
 

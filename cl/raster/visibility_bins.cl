@@ -1,8 +1,8 @@
 // Raster of camera visibility, one work-item a bin and sample: which triangle does each sample's ray meet first?
 //
-//   in    camera, offsets      as the ray generator takes them
+//   in    cameras, offsets     as the ray generator takes them
 //         records, spans, starts, lists   triangles by bin (visibility_setup.cl); bins of rows [first_row, first_row +
-//         rows)
+//         rows) of each view
 //   out   hits, hit_ids        the hit stream of the wave (shared/stream.h): the bits that trace_closest gives
 //
 //   Cost  about 20 ns a triangle and bin, 15 ns a triangle and block of 4 x 4 pixels that it may meet, 20 ns a block;
@@ -43,7 +43,7 @@ typedef struct BinSamples {
   bool is_parallel;
   constant CameraInfo *camera;
   Float2 offset;
-  uint2 px;  // the bin's first pixel
+  uint2 px;  // the bin's first pixel, in its view
 } BinSamples;
 
 // Hits by LANES slots: streams are aligned to whole vectors.
@@ -108,11 +108,13 @@ static inline float bin_farthest(BinSamples *bin)
   return greatest_lane(t);
 }
 
-static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2 offset, uint2 bin_px, uint first_tile,
-                            uint tile_count, uint sample, bool begin, const Target *from)
+// `grid`: the picture's tiles, of which the view has those from row `first_row` on.
+static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2 offset, uint2 bin_px, uint2 grid,
+                            uint first_row, uint first_tile, uint tile_count, uint sample, bool begin,
+                            const Target *from)
 {
   bool any = false;
-  uint2 grid = camera_tiles(camera);
+  uint2 view_grid = camera_tiles(camera);
   bin->camera = camera;
   bin->offset = offset;
   bin->px = bin_px;
@@ -125,8 +127,8 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
     for (uint column = 0; column < BIN_SIDE; column++) {
       uint block = row * BIN_SIDE + column;
       uint2 px = bin_px + (uint2)(column, row) * 4u, at = px / (uint)TILE_SIZE;
-      if (at.x >= grid.x || at.y >= grid.y) continue;
-      uint tile = tile_number(at, grid), within = (row & 1) * 32 + (column & 1) * 16;
+      if (at.x >= view_grid.x || at.y >= view_grid.y) continue;
+      uint tile = tile_number(at + (uint2)(0, first_row), grid), within = (row & 1) * 32 + (column & 1) * 16;
       if (tile < first_tile || tile >= first_tile + tile_count) continue;
       bin->inside[row] |= 1u << column;
       bin->target[block] = ((tile - first_tile + sample * tile_count) * TILE_PIXELS + within) / LANES;
@@ -310,19 +312,22 @@ static inline void cost_add(global uint *sum, uint more)
   if (before + more < before) atomic_inc(sum + 1);
 }
 
-kernel void visibility_bins(constant CameraInfo *camera, constant Float2 *offsets, uint first_tile, uint tile_count,
-                            uint first_sample, uint sample_count, uint columns, uint first_row, uint rows,
-                            uint first_bin, uint bin_count, global const RasterBlock *triangles, uint chunk_count,
-                            global const uint *records, global const uint *spans, global const uint *starts,
-                            global const ushort *lists, uint begin, float t_min, uint capacity, global float *hits,
-                            global uint *hit_ids, global uint *costs, global const TriangleCorners *corners,
-                            global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
-                            global const MaterialInfo *materials, global const TextureInfo *textures,
-                            global const uchar4 *texels, constant float *linear_from_byte)
+kernel void visibility_bins(constant CameraInfo *cameras, uint view_count, constant Float2 *offsets, uint first_tile,
+                            uint tile_count, uint first_sample, uint sample_count, uint columns, uint view_bins,
+                            uint first_row, uint rows, uint first_bin, uint bin_count,
+                            global const RasterBlock *triangles, uint chunk_count, global const uint *records,
+                            global const uint *spans, global const uint *starts, global const ushort *lists, uint begin,
+                            float t_min, uint capacity, global float *hits, global uint *hit_ids, global uint *costs,
+                            global const TriangleCorners *corners, global const Float2 *uvs,
+                            global const Float4 *colors, uint vertex_count, global const MaterialInfo *materials,
+                            global const TextureInfo *textures, global const uchar4 *texels,
+                            constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   uint item = get_global_id(0), number = first_bin + item % bin_count, sample = item / bin_count;
-  uint bin_x = number % columns, bin_y = number / columns;
+  uint view = number / view_bins, bin_x = number % view_bins % columns, bin_y = number % view_bins / columns;
+  uint first_item = view * chunk_count, item_count = view_count * chunk_count;
+  constant CameraInfo *camera = &cameras[view];
   if (sample >= sample_count) return;
   Float2 offset = offsets[first_sample + sample];
   bool parallel = camera->orthographic;
@@ -340,18 +345,19 @@ kernel void visibility_bins(constant CameraInfo *camera, constant Float2 *offset
   BinSamples bin;
   ulong keys[SORT_CHUNKS];
   uint2 bin_px = (uint2)(bin_x, bin_y) * (uint)RASTER_BIN_PX;
-  bin_make(&bin, camera, offset, bin_px, first_tile, tile_count, sample, begin, &to);
+  bin_make(&bin, camera, offset, bin_px, views_tiles(camera, view_count), view * camera_tiles(camera).y, first_tile,
+           tile_count, sample, begin, &to);
   float2 corner = (float2)((float)bin_px.x + offset.x, (float)bin_px.y + offset.y);
   for (uint first = 0; first < chunk_count; first += SORT_CHUNKS) {
     uint end = min(first + SORT_CHUNKS, chunk_count);
-    uint count = bin_chunks(keys, spans, chunk_count, first, end, bin_x, bin_y);
+    uint count = bin_chunks(keys, spans, item_count, first_item + first, first_item + end, bin_x, bin_y);
     for (uint i = 0; i < count; i++) {
       if (as_float((uint)(keys[i] >> 32)) > bin_farthest(&bin)) break;
       uint chunk = (uint)keys[i];
       global const uint *from = records + chunk * (RASTER_CHUNK + 1) * VISIBLE_WORDS;
       global const uint *start = starts + chunk * (columns * rows + 2);
       global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
-      BinLists in = bin_lists(spans, chunk_count, chunk, start, bin_x, bin_y);
+      BinLists in = bin_lists(spans, item_count, chunk, start, bin_x, bin_y);
       for (uint large = 0; large < 2; large++)
         for (uint k = in.begin[large]; k < in.end[large]; k++) {
           PREFETCH(from + numbers[k + PREFETCH_RECORDS] * VISIBLE_WORDS);

@@ -1,8 +1,9 @@
 // Raster of camera visibility on a GPU, triangle by triangle into a buffer of keys: the least (depth, id) of each slot
 // of the wave stays.
 //
-//   in    blocks, view        the scene's triangles and the camera's view of them
-//         camera, offsets     as the ray generator takes them
+//   in    blocks, views       the scene's triangles and the cameras' views of them
+//         cameras, offsets    as the ray generator takes them
+//         hidden              ranges of triangle ids that are not there, [hidden_count]
 //         wave                first_tile, tile_count, first_sample, sample_count
 //   out   keys                [slots]: bits of t << 32 | id; all ones before the first launch
 //         hits, hit_ids       the hit stream of the wave: the bits that trace_closest gives (visibility_resolve)
@@ -35,6 +36,8 @@ typedef struct Wave {
 // What a sample's test takes besides the triangle.
 typedef struct Scope {
   constant CameraInfo *camera;
+  uint2 grid;      // the picture's tiles
+  uint first_row;  // of them: the view's
   constant Float2 *offsets;
   Wave wave;
   float t_min;
@@ -123,9 +126,18 @@ static inline ulong sample_key(const Triangle *t, const Scope *scope, const Samp
 // Slot of a pixel and sample of the wave; HIT_NONE where the wave does not hold it.
 static inline uint wave_slot(const Scope *scope, uint x, uint y, uint sample)
 {
-  uint tile = tile_number((uint2)(x, y) / (uint)TILE_SIZE, camera_tiles(scope->camera)), first = scope->wave.first_tile;
+  uint2 at = (uint2)(x, y) / (uint)TILE_SIZE + (uint2)(0, scope->first_row);
+  uint tile = tile_number(at, scope->grid), first = scope->wave.first_tile;
   if (tile < first || tile >= first + scope->wave.tile_count) return HIT_NONE;
   return (tile - first + sample * scope->wave.tile_count) * TILE_PIXELS + tile_slot(x, y);
+}
+
+// Turns to another view.
+static inline void scope_turn(Scope *scope, constant CameraInfo *cameras, uint view_count, uint view)
+{
+  scope->camera = &cameras[view];
+  scope->grid = views_tiles(cameras, view_count);
+  scope->first_row = view * camera_tiles(cameras).y;
 }
 
 // Where a triangle may be met: what these let in, triangle_intersect decides.
@@ -220,7 +232,7 @@ static inline void box_draw(const Triangle *t, const SampleEdges *edges, const S
   }
 }
 
-// A tile in the list: first and last pixel, id and flags, vertices, edges, nearest depth.
+// A tile in the list: first and last pixel, id and flags, vertices, edges, nearest depth, view.
 static inline void tile_store(global uint4 *to, RasterBox box, const Triangle *t, const SampleEdges *e)
 {
   float3 a = t->corner[0], b = t->corner[1], c = t->corner[2];
@@ -229,7 +241,7 @@ static inline void tile_store(global uint4 *to, RasterBox box, const Triangle *t
   to[2] = as_uint4((float4)(b.y, b.z, c.x, c.y));
   to[3] = as_uint4((float4)(c.z, e->edge_0[0], e->edge_0[1], e->edge_0[2]));
   to[4] = as_uint4((float4)(e->edge_x[0], e->edge_x[1], e->edge_x[2], e->edge_y[0]));
-  to[5] = (uint4)(as_uint(e->edge_y[1]), as_uint(e->edge_y[2]), e->nearest, 0);
+  to[5] = (uint4)(as_uint(e->edge_y[1]), as_uint(e->edge_y[2]), e->nearest, box.view);
 }
 
 static inline RasterBox tile_load(Triangle *t, SampleEdges *e, global const uint4 *from)
@@ -237,7 +249,7 @@ static inline RasterBox tile_load(Triangle *t, SampleEdges *e, global const uint
   uint4 head = from[0];
   float4 v1 = as_float4(from[1]), v2 = as_float4(from[2]), v3 = as_float4(from[3]), v4 = as_float4(from[4]);
   uint4 tail = from[5];
-  RasterBox box = {0, 0, head.x, head.y};
+  RasterBox box = {0, tail.w, head.x, head.y};
   t->id = head.z;
   t->flags = head.w;
   t->corner[0] = v1.xyz;
@@ -251,11 +263,14 @@ static inline RasterBox tile_load(Triangle *t, SampleEdges *e, global const uint
 }
 
 // A team's part of a tile. Pixels before the bounds are no less within the edges for that.
-static inline void tile_draw(global const uint4 *from, const Scope *scope, global ulong *keys)
+static inline void tile_draw(global const uint4 *from, Scope *scope, constant CameraInfo *cameras, uint view_count,
+                             global ulong *keys)
 {
   Triangle t;
   SampleEdges edges;
-  int4 bounds = box_bounds(tile_load(&t, &edges, from));
+  RasterBox box = tile_load(&t, &edges, from);
+  int4 bounds = box_bounds(box);
+  scope_turn(scope, cameras, view_count, box.view);
   int2 start = piece_start(bounds.xy), first = start + piece_pixel(), last = (bounds.zw - start) / (int2)(8, 4);
   uint within = pieces_within(first, bounds.zw);
   for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
@@ -299,28 +314,34 @@ static inline bool visible_box(int4 *out, const VisibleTriangle *t, constant Ras
 }
 
 kernel void visibility_small(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
-                             uint triangle_count, constant RasterView *view, constant CameraInfo *camera,
-                             constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
-                             uint sample_count, float t_min, global ulong *keys, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+                             uint triangle_count, constant RasterView *views, constant CameraInfo *cameras,
+                             uint view_count, global const uint2 *hidden, uint hidden_count, constant Float2 *offsets,
+                             uint first_tile, uint tile_count, uint first_sample, uint sample_count, float t_min,
+                             global ulong *keys, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
 {
   local uint queued;
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
-  uint number = first_triangle + get_global_id(0);
-  if (get_global_id(0) >= triangle_count) return;  // whole work-groups, here and below: a chunk is of whole ones
-  uint row_tiles = camera->tiles_per_row * BIN_TILES;
-  uint first_row = first_tile / row_tiles * RASTER_BIN_PX;
-  uint end_row = min(((first_tile + tile_count - 1) / row_tiles + 1) * RASTER_BIN_PX, camera->height);
+  Scope scope = {cameras, (uint2)(0), 0, offsets, {first_tile, tile_count, first_sample, sample_count},
+                 t_min,   &attributes};
+  // Whole work-groups return, here and below: a chunk is of whole ones.
+  if (get_global_id(0) >= triangle_count * view_count) return;
+  uint view_number = get_global_id(0) / triangle_count, number = first_triangle + get_global_id(0) % triangle_count;
+  constant RasterView *view = &views[view_number];
+  scope_turn(&scope, cameras, view_count, view_number);
+  uint row_tiles = cameras->tiles_per_row * BIN_TILES, end_row = cameras->height;
+  uint first_row = view_count > 1 ? 0 : first_tile / row_tiles * RASTER_BIN_PX;
+  if (view_count == 1) end_row = min(((first_tile + tile_count - 1) / row_tiles + 1) * RASTER_BIN_PX, end_row);
   if (!bounds_visible(&bounds[number / RASTER_CHUNK], view, (float)first_row, (float)end_row)) return;
   Triangle triangle = triangle_load(blocks, number);
   Vec3L a[3];
   triangle_relative(a, &triangle, view);
-  VisibleTriangle t = visible_setup(view, a, triangle.flags, triangle.id == RASTER_UNUSED);
+  VisibleTriangle t = visible_setup(
+      view, a, triangle.flags, (triangle.id == RASTER_UNUSED) | triangles_hidden(triangle.id, hidden, hidden_count));
   int4 box = (int4)(0);
   bool seen = visible_box(&box, &t, view, first_row, end_row, offsets + first_sample, sample_count);
   bool small = seen && box_is_small(box.x, box.y, box.z, box.w);
-  RasterBox listed = box_of(number, 0, box);
+  RasterBox listed = box_of(number, view_number, box);
   uint tile_total = seen && !small ? box_tile_count(listed) : 0;
   box_list(tile_total, listed, &queued, &first, boxes, box_starts, box_counts);
   uint place = tile_place(tile_total == 1, &queued, &first, box_counts);
@@ -332,14 +353,16 @@ kernel void visibility_small(global const RasterBlock *blocks, global const Rast
     tile_store(&tiles[place * RASTER_TILE_VECTORS], listed, &triangle, &edges);
 }
 
-kernel void visibility_split(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
-                             constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
-                             uint sample_count, float t_min, global ulong *keys, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+kernel void visibility_split(global const RasterBlock *blocks, constant RasterView *views, constant CameraInfo *cameras,
+                             uint view_count, constant Float2 *offsets, uint first_tile, uint tile_count,
+                             uint first_sample, uint sample_count, float t_min, global ulong *keys, BOX_PARAMETERS,
+                             ATTRIBUTE_PARAMETERS)
 {
   local uint queued;
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
+  Scope scope = {cameras, (uint2)(0), 0, offsets, {first_tile, tile_count, first_sample, sample_count},
+                 t_min,   &attributes};
   ulong all = BOX_TILES(box_counts[RASTER_BOX_COUNT]);
   uint box_count = (uint)(box_counts[RASTER_BOX_COUNT] >> BOX_SHIFT);
   for (ulong begin = get_group_id(0) * GROUP_SIZE; begin < all; begin += get_global_size(0)) {
@@ -350,6 +373,8 @@ kernel void visibility_split(global const RasterBlock *blocks, constant RasterVi
     SampleEdges edges;
     if (at < all) {
       tile = box_tile(at, boxes, box_starts, box_count);
+      constant RasterView *view = &views[tile.view];
+      scope_turn(&scope, cameras, view_count, tile.view);
       Vec3L a[3];
       triangle = triangle_load(blocks, tile.number);
       triangle_relative(a, &triangle, view);
@@ -366,27 +391,30 @@ kernel void visibility_split(global const RasterBlock *blocks, constant RasterVi
   }
 }
 
-kernel void visibility_tiles(global const RasterBlock *blocks, constant RasterView *view, constant CameraInfo *camera,
-                             constant Float2 *offsets, uint first_tile, uint tile_count, uint first_sample,
-                             uint sample_count, float t_min, global ulong *keys, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+kernel void visibility_tiles(global const RasterBlock *blocks, constant RasterView *views, constant CameraInfo *cameras,
+                             uint view_count, constant Float2 *offsets, uint first_tile, uint tile_count,
+                             uint first_sample, uint sample_count, float t_min, global ulong *keys, BOX_PARAMETERS,
+                             ATTRIBUTE_PARAMETERS)
 {
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  Scope scope = {camera, offsets, {first_tile, tile_count, first_sample, sample_count}, t_min, &attributes};
+  Scope scope = {cameras, (uint2)(0), 0, offsets, {first_tile, tile_count, first_sample, sample_count},
+                 t_min,   &attributes};
   uint count = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), team = get_local_id(0) / RASTER_TEAM;
   for (uint i = tiles_take(&first, box_counts); i < count; i = tiles_take(&first, box_counts))
-    if (i + team < count) tile_draw(&tiles[(i + team) * RASTER_TILE_VECTORS], &scope, keys);
+    if (i + team < count) tile_draw(&tiles[(i + team) * RASTER_TILE_VECTORS], &scope, cameras, view_count, keys);
 }
 
-kernel void visibility_resolve(constant CameraInfo *camera, constant Float2 *offsets, uint first_tile, uint tile_count,
-                               uint first_sample, uint slot_count, global const ulong *keys,
+kernel void visibility_resolve(constant CameraInfo *cameras, uint view_count, constant Float2 *offsets, uint first_tile,
+                               uint tile_count, uint first_sample, uint slot_count, global const ulong *keys,
                                global const TriangleCorners *corners, global const float *positions, uint capacity,
                                global float *hits, global uint *hit_ids)
 {
   uint slot = get_global_id(0), tile = slot / TILE_PIXELS;
   if (slot >= slot_count) return;
   UintL x, y;
-  tile_pixels(&x, &y, first_tile + tile % tile_count, slot % TILE_PIXELS, camera_tiles(camera));
+  constant CameraInfo *camera =
+      tile_camera(&x, &y, cameras, view_count, first_tile + tile % tile_count, slot % TILE_PIXELS);
   ulong key = keys[slot];
   float t = camera_ray_end(camera, x, y), u = 0, v = 0;
   uint id = (uint)key;

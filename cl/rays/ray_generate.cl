@@ -1,6 +1,6 @@
 // Ray generator: camera rays of one wave.
 //
-//   in    camera    position and axes, world space
+//   in    cameras   position and axes, world space, [view_count] (shared/camera.h)
 //         offsets   sample positions in the pixel, [sample_count], 0..1 from the top left
 //   out   rays      one ray a slot of the wave; slots beyond the picture's edge are inactive
 //         slots     the identity
@@ -11,8 +11,9 @@
 #include "lib/camera_ray.cl"
 #include "lib/ray_stream.cl"
 
-kernel void ray_generate(constant CameraInfo *camera, constant Float2 *offsets, uint first_tile, uint tile_count,
-                         uint first_sample, uint ray_count, global float *rays, uint capacity, global uint *slots)
+kernel void ray_generate(constant CameraInfo *cameras, uint view_count, constant Float2 *offsets, uint first_tile,
+                         uint tile_count, uint first_sample, uint ray_count, global float *rays, uint capacity,
+                         global uint *slots)
 {
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
@@ -20,7 +21,8 @@ kernel void ray_generate(constant CameraInfo *camera, constant Float2 *offsets, 
   for (uint slot = begin; slot < end; slot += LANES) {
     uint tile = slot / TILE_PIXELS;
     UintL x, y;
-    tile_pixels(&x, &y, first_tile + tile % tile_count, slot % TILE_PIXELS, camera_tiles(camera));
+    constant CameraInfo *camera =
+        tile_camera(&x, &y, cameras, view_count, first_tile + tile % tile_count, slot % TILE_PIXELS);
     CameraRay ray = camera_ray(camera, x, y, offsets[first_sample + tile / tile_count]);
     stream_store3(ray.origin, rays, capacity, RAY_ORIGIN_X, slot);
     stream_store3(ray.direction, rays, capacity, RAY_DIRECTION_X, slot);

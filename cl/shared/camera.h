@@ -1,6 +1,8 @@
 // The camera as rays: pixel (x, y) with offset (a, b) looks along forward + right * X + down * Y with
 // X = (crop_x + x + a) * scale - center_x (perspective), or starts at position + right * X + down * Y (orthographic).
 // The axes are unit vectors in world space. Written by host/render, read by cl/rays/ray_generate.cl.
+// A picture may be of several cameras (views), one view under the other: all of the same size and, but for one alone,
+// of whole tiles.
 #ifndef SHARED_CAMERA_H
 #define SHARED_CAMERA_H
 

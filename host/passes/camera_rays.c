@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "passes/scene_args.h"
 #include "plan/samples.h"
@@ -63,14 +64,25 @@ CameraInfo camera_info_blocks(const CameraInfo *camera, uint32_t block_px)
 
 Status camera_rays_make(CameraRays *out, Device *device, const CameraInfo *info, uint32_t samples, Log *log)
 {
+  return camera_rays_make_views(out, device, info, 1, samples, log);
+}
+
+Status camera_rays_make_views(CameraRays *out, Device *device, const CameraInfo *views, uint32_t view_count,
+                              uint32_t samples, Log *log)
+{
   Status status = STATUS_OK;
-  CameraRays camera = {.info = *info};
+  CameraRays camera = {.info = views[0], .view_count = view_count};
   float(*offsets)[2] = malloc(samples * sizeof *offsets);
-  if (!offsets) return log_no_memory(log, "samples");
+  camera.views = malloc(view_count * sizeof *views);
+  if (!offsets || !camera.views) {
+    status = log_no_memory(log, "samples");
+    goto done;
+  }
+  memcpy(camera.views, views, view_count * sizeof *views);
   sample_pattern(offsets, samples);
   TRY(program_build(&camera.program, device, "rays/ray_generate.cl", "", log));
   TRY(program_kernel(&camera.kernel, camera.program, "ray_generate", log));
-  TRY(buffer_create(&camera.camera, device, sizeof *info, info, "camera", log));
+  TRY(buffer_create(&camera.cameras, device, view_count * sizeof *views, views, "camera", log));
   TRY(buffer_create(&camera.offsets, device, samples * sizeof *offsets, offsets, "samples", log));
   *out = camera;
   camera = (CameraRays){0};
@@ -84,9 +96,15 @@ done:
 void camera_rays_free(CameraRays *camera)
 {
   kernel_free(&camera->kernel);
-  buffer_free(&camera->camera);
+  free(camera->views);
+  buffer_free(&camera->cameras);
   buffer_free(&camera->offsets);
   *camera = (CameraRays){0};
+}
+
+uint32_t camera_tile_rows(const CameraRays *camera)
+{
+  return camera->view_count * ((camera->info.height + TILE_SIZE - 1) / TILE_SIZE);
 }
 
 Status camera_rays_generate(const CameraRays *camera, Device *device, const Wave *wave, const RayStream *stream,
@@ -94,8 +112,8 @@ Status camera_rays_generate(const CameraRays *camera, Device *device, const Wave
 {
   uint32_t rays = wave_rays(wave);
   return device_launch(device, &camera->kernel, work_items(device, rays), rays, "generate camera rays",
-                       ARGS(ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile),
-                            ARG(wave->tile_count), ARG(wave->first_sample), ARG(rays), ARG_BUFFER(stream->rays),
-                            ARG(stream->capacity), ARG_BUFFER(stream->slots)),
+                       ARGS(ARG_BUFFER(camera->cameras), ARG(camera->view_count), ARG_BUFFER(camera->offsets),
+                            ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample), ARG(rays),
+                            ARG_BUFFER(stream->rays), ARG(stream->capacity), ARG_BUFFER(stream->slots)),
                        log);
 }

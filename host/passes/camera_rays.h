@@ -19,8 +19,10 @@ uint32_t tile_number(const CameraInfo *camera, uint32_t x, uint32_t y);
 typedef struct CameraRays {
   Program *program;
   Kernel kernel;
-  CameraInfo info;
-  DeviceBuffer camera;   // CameraInfo
+  CameraInfo info;    // of the first view
+  CameraInfo *views;  // [view_count], one under the other in the picture
+  uint32_t view_count;
+  DeviceBuffer cameras;  // the same on the device
   DeviceBuffer offsets;  // sample positions, [samples][2]
 } CameraRays;
 
@@ -37,6 +39,14 @@ CameraInfo camera_info(const Camera *camera, const PictureArea *area);
 CameraInfo camera_info_blocks(const CameraInfo *camera, uint32_t block_px);
 
 Status camera_rays_make(CameraRays *out, Device *device, const CameraInfo *info, uint32_t samples, Log *log);
+
+// For a picture of several views (shared/camera.h).
+Status camera_rays_make_views(CameraRays *out, Device *device, const CameraInfo *views, uint32_t view_count,
+                              uint32_t samples, Log *log);
 void camera_rays_free(CameraRays *camera);
+
+// Rows of tiles of all views.
+uint32_t camera_tile_rows(const CameraRays *camera);
+
 Status camera_rays_generate(const CameraRays *camera, Device *device, const Wave *wave, const RayStream *stream,
                             Log *log);

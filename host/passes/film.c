@@ -49,7 +49,7 @@ Status film_accumulate(const Film *film, Device *device, const CameraRays *camer
 {
   uint32_t pixels = wave->tile_count * 64;
   return device_launch(device, &film->accumulate, work_items(device, pixels), pixels, "add samples to the picture",
-                       ARGS(ARG_BUFFER(camera->camera), ARG(wave->first_tile), ARG(wave->tile_count),
+                       ARGS(ARG_BUFFER(camera->cameras), ARG(wave->first_tile), ARG(wave->tile_count),
                             ARG(wave->sample_count), ARG_BUFFER(*radiance), ARG_BUFFER(*sums)),
                        log);
 }
@@ -60,7 +60,7 @@ Status film_aov(const Film *film, Device *device, const DeviceScene *scene, cons
   uint32_t pixels = wave->tile_count * 64;
   return device_launch(
       device, &film->aov, work_items(device, pixels), pixels, "write AOVs",
-      ARGS(ARG_BUFFER(camera->camera), ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
+      ARGS(ARG_BUFFER(camera->cameras), ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample),
            ARG(wave->sample_count), ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG_BUFFER(hits->hits),
            ARG_BUFFER(hits->ids), ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents),
            ATTRIBUTE_ARGS(scene), ARG_BUFFER(scene->object_starts), ARG(scene->object_count),

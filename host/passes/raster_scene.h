@@ -17,6 +17,7 @@ typedef enum RasterWay { RASTER_WAY_BEST, RASTER_WAY_BINS, RASTER_WAY_DIRECT } R
 // How to draw. Limits keep the device memory of a pass bounded whatever the scene; 0 is the usual.
 typedef struct RasterOptions {
   RasterWay way;
+  uint32_t views;        // of a camera; 0: one
   uint32_t pass_chunks;  // of RASTER_CHUNK triangles, set up at a time (raster_pass_chunks)
   uint32_t pass_bins;    // of RASTER_BIN_PX pixels a side, covered at a time (RASTER_PASS_BINS)
   uint32_t pass_tiles;   // that have a place in the list of the direct way, 96 bytes each (RASTER_PASS_TILES)

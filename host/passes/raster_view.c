@@ -40,6 +40,7 @@ RasterView raster_view_of_camera(const CameraInfo *camera)
       .near = camera->near_m,
       .far = camera->far_m,
       .parallel = parallel,
+      .mirrored = vec3_dot(vec3_cross(right, down), forward) < 0,
       .width = camera->width,
       .height = camera->height,
       .error_px = (float)(RASTER_ROUNDING * per_px * (parallel ? far_off : 1 + extent)),

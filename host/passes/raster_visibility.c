@@ -1,5 +1,7 @@
 #include "passes/raster_visibility.h"
 
+#include <stdlib.h>
+
 #include "passes/raster_view.h"
 #include "passes/scene_args.h"
 #include "shared/raster.h"
@@ -50,8 +52,9 @@ Status raster_visibility_make(RasterVisibility *out, Device *device, const Devic
   Status status = STATUS_OK;
   RasterVisibility raster = {.way = raster_way(options, device)};
   raster.pass_bins = options->pass_bins ? options->pass_bins : RASTER_PASS_BINS;
-  raster.pass_chunks = raster_pass_chunks(options, raster.way, triangles->chunk_count);
-  TRY(buffer_create(&raster.view, device, sizeof(RasterView), NULL, "camera", log));
+  uint32_t views = options->views ? options->views : 1;
+  raster.pass_chunks = larger(raster_pass_chunks(options, raster.way, triangles->chunk_count * views), views);
+  TRY(buffer_create(&raster.hidden, device, 2 * sizeof(uint32_t), NULL, "what is left out", log));
   TRY(buffer_create(&raster.costs, device, RASTER_COSTS * sizeof(uint32_t), NULL, "costs", log));
   TRY(buffer_zero(device, &raster.costs, log));
   TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, scene, options, log));
@@ -63,13 +66,51 @@ done:
   return status;
 }
 
+static Status views_write(RasterVisibility *raster, Device *device, const CameraRays *camera, Log *log)
+{
+  Status status = STATUS_OK;
+  size_t bytes = camera->view_count * sizeof(RasterView);
+  RasterView *views = malloc(bytes);
+  if (!views) return log_no_memory(log, "camera");
+  for (uint32_t i = 0; i < camera->view_count; i++) views[i] = raster_view_of_camera(&camera->views[i]);
+  raster->view_count = camera->view_count;
+  if (raster->views.bytes < bytes) {
+    buffer_free(&raster->views);
+    TRY(buffer_create(&raster->views, device, bytes, views, "camera", log));
+  } else {
+    TRY(buffer_write(device, &raster->views, views, bytes, log));
+  }
+
+done:
+  free(views);
+  return status;
+}
+
+Status raster_visibility_hide(RasterVisibility *raster, Device *device, const uint32_t (*ranges)[2], uint32_t count,
+                              Log *log)
+{
+  Status status = STATUS_OK;
+  size_t bytes = count * sizeof *ranges;
+  raster->hidden_count = count;
+  raster->ready = false;
+  if (count == 0) return STATUS_OK;
+  if (raster->hidden.bytes < bytes) {
+    buffer_free(&raster->hidden);
+    TRY(buffer_create(&raster->hidden, device, bytes, ranges, "what is left out", log));
+  } else {
+    TRY(buffer_write(device, &raster->hidden, ranges, bytes, log));
+  }
+
+done:
+  return status;
+}
+
 Status raster_visibility_aim(RasterVisibility *raster, Device *device, const CameraRays *camera, uint32_t samples,
                              uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
   const CameraInfo *info = &camera->info;
-  RasterView view = raster_view_of_camera(info);
-  TRY(buffer_write(device, &raster->view, &view, sizeof view, log));
+  TRY(views_write(raster, device, camera, log));
   raster->samples = samples;
   raster->ready = false;
   if (raster->way == RASTER_WAY_BINS) {
@@ -77,7 +118,8 @@ Status raster_visibility_aim(RasterVisibility *raster, Device *device, const Cam
     // A wave may touch one row of bins more than its tiles fill.
     uint32_t wave_rows = divide_up(capacity / TILE_PIXELS, info->tiles_per_row * BIN_TILES) + 1;
     raster->columns = divide_up(info->width, RASTER_BIN_PX);
-    raster->pass_rows = raster->columns * rows <= raster->pass_bins ? rows : smaller(rows, wave_rows);
+    bool whole = raster->view_count > 1 || raster->columns * rows <= raster->pass_bins;
+    raster->pass_rows = whole ? rows : smaller(rows, wave_rows);
     TRY(raster_bins_divide(&raster->binned, device, raster->pass_chunks, (size_t)raster->columns * raster->pass_rows,
                            log));
   } else if (raster->keys.bytes < capacity * sizeof(uint64_t)) {
@@ -95,7 +137,8 @@ void raster_visibility_free(RasterVisibility *raster)
   for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
   raster_bins_free(&raster->binned);
   raster_boxes_free(&raster->boxes);
-  buffer_free(&raster->view);
+  buffer_free(&raster->views);
+  buffer_free(&raster->hidden);
   buffer_free(&raster->keys);
   buffer_free(&raster->costs);
   *raster = (RasterVisibility){0};
@@ -115,30 +158,34 @@ static Status bins_draw(RasterVisibility *raster, Device *device, const DeviceSc
                         uint32_t wave_rows, const HitStream *hits, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
-  uint32_t first_bin = larger(bin_of(raster, &camera->info, wave->first_tile), wave_row * raster->columns);
-  uint32_t end_bin = smaller(bin_of(raster, &camera->info, wave->first_tile + wave->tile_count - 1) + 1,
-                             (wave_row + wave_rows) * raster->columns),
-           bin_count = end_bin - first_bin;
   const CameraInfo *info = &camera->info;
-  uint32_t all_rows = divide_up(info->height, RASTER_BIN_PX);
+  uint32_t all_rows = divide_up(info->height, RASTER_BIN_PX), view_bins = raster->columns * all_rows;
+  uint32_t first_bin = 0, end_bin = view_bins * raster->view_count;
+  if (raster->view_count == 1) {
+    first_bin = larger(bin_of(raster, info, wave->first_tile), wave_row * raster->columns);
+    end_bin = smaller(bin_of(raster, info, wave->first_tile + wave->tile_count - 1) + 1,
+                      (wave_row + wave_rows) * raster->columns);
+  }
+  uint32_t bin_count = end_bin - first_bin, pass_chunks = raster->pass_chunks / raster->view_count;
   bool whole = raster->pass_rows == all_rows;
   uint32_t first_row = whole ? 0 : wave_row, rows = whole ? all_rows : wave_rows, begin = 1;
-  for (uint32_t first = 0; first < triangles->chunk_count || begin; first += raster->pass_chunks, begin = 0) {
-    uint32_t chunks = smaller(raster->pass_chunks, triangles->chunk_count - first);
+  for (uint32_t first = 0; first < triangles->chunk_count || begin; first += pass_chunks, begin = 0) {
+    uint32_t chunks = smaller(pass_chunks, triangles->chunk_count - first), items = chunks * raster->view_count;
     if (!raster->ready)
-      TRY(device_launch(device, &raster->setup, chunks, (uint64_t)chunks * RASTER_CHUNK, "set up and bin triangles",
+      TRY(device_launch(device, &raster->setup, items, (uint64_t)items * RASTER_CHUNK, "set up and bin triangles",
                         ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first), ARG(chunks),
-                             ARG_BUFFER(raster->view), ARG_BUFFER(camera->offsets), ARG(raster->samples),
+                             ARG_BUFFER(raster->views), ARG(raster->view_count), ARG_BUFFER(raster->hidden),
+                             ARG(raster->hidden_count), ARG_BUFFER(camera->offsets), ARG(raster->samples),
                              ARG(raster->columns), ARG(first_row), ARG(rows), BIN_ARGS(&raster->binned)),
                         log));
     raster->ready = whole && chunks == triangles->chunk_count;
     TRY(device_launch(
         device, &raster->bins, (size_t)bin_count * wave->sample_count, wave_rays(wave), "raster camera visibility",
-        ARGS(ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count),
-             ARG(wave->first_sample), ARG(wave->sample_count), ARG(raster->columns), ARG(first_row), ARG(rows),
-             ARG(first_bin), ARG(bin_count), ARG_BUFFER(triangles->blocks), ARG(chunks), BIN_ARGS(&raster->binned),
-             ARG(begin), ARG(info->near_m), ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids),
-             ARG_BUFFER(raster->costs), ATTRIBUTE_ARGS(scene)),
+        ARGS(ARG_BUFFER(camera->cameras), ARG(raster->view_count), ARG_BUFFER(camera->offsets), ARG(wave->first_tile),
+             ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count), ARG(raster->columns),
+             ARG(view_bins), ARG(first_row), ARG(rows), ARG(first_bin), ARG(bin_count), ARG_BUFFER(triangles->blocks),
+             ARG(chunks), BIN_ARGS(&raster->binned), ARG(begin), ARG(info->near_m), ARG(capacity),
+             ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids), ARG_BUFFER(raster->costs), ATTRIBUTE_ARGS(scene)),
         log));
   }
 
@@ -153,16 +200,18 @@ static Status direct_draw(RasterVisibility *raster, Device *device, const Device
 {
   Status status = STATUS_OK;
   const CameraInfo *info = &camera->info;
-  uint32_t slots = wave_rays(wave);
+  uint32_t slots = wave_rays(wave), pass_chunks = raster->pass_chunks / raster->view_count;
   TRY(buffer_fill_words(device, &raster->keys, 0xffffffffu, log));
-  for (uint32_t first = 0; first < triangles->chunk_count; first += raster->pass_chunks) {
+  for (uint32_t first = 0; first < triangles->chunk_count; first += pass_chunks) {
     uint32_t first_triangle = first * RASTER_CHUNK;
-    uint32_t count = smaller(raster->pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
+    uint32_t count = smaller(pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
+    uint64_t items = (uint64_t)count * raster->view_count;
     TRY(buffer_zero(device, &raster->boxes.counts, log));
     TRY(device_launch(
-        device, &raster->small, count, count, "set up triangles, raster small ones",
+        device, &raster->small, items, items, "set up triangles, raster small ones",
         ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first_triangle), ARG(count),
-             ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile),
+             ARG_BUFFER(raster->views), ARG_BUFFER(camera->cameras), ARG(raster->view_count),
+             ARG_BUFFER(raster->hidden), ARG(raster->hidden_count), ARG_BUFFER(camera->offsets), ARG(wave->first_tile),
              ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),
              ARG_BUFFER(raster->keys), BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
         log));
@@ -170,18 +219,18 @@ static Status direct_draw(RasterVisibility *raster, Device *device, const Device
     const char *const sentences[] = {"find the tiles of large triangles", "raster large triangles"};
     for (int i = 0; i < 2; i++)
       TRY(device_launch(device, large[i], raster_box_items(device), 0, sentences[i],
-                        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->view), ARG_BUFFER(camera->camera),
-                             ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count),
-                             ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),
+                        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG_BUFFER(camera->cameras),
+                             ARG(raster->view_count), ARG_BUFFER(camera->offsets), ARG(wave->first_tile),
+                             ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),
                              ARG_BUFFER(raster->keys), BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
                         log));
   }
-  TRY(device_launch(
-      device, &raster->resolve, slots, slots, "raster camera visibility",
-      ARGS(ARG_BUFFER(camera->camera), ARG_BUFFER(camera->offsets), ARG(wave->first_tile), ARG(wave->tile_count),
-           ARG(wave->first_sample), ARG(slots), ARG_BUFFER(raster->keys), ARG_BUFFER(scene->corners),
-           ARG_BUFFER(scene->positions), ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids)),
-      log));
+  TRY(device_launch(device, &raster->resolve, slots, slots, "raster camera visibility",
+                    ARGS(ARG_BUFFER(camera->cameras), ARG(camera->view_count), ARG_BUFFER(camera->offsets),
+                         ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample), ARG(slots),
+                         ARG_BUFFER(raster->keys), ARG_BUFFER(scene->corners), ARG_BUFFER(scene->positions),
+                         ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids)),
+                    log));
 
 done:
   return status;
@@ -194,6 +243,8 @@ Status raster_visibility(RasterVisibility *raster, Device *device, const DeviceS
   Status status = STATUS_OK;
   if (raster->way == RASTER_WAY_DIRECT)
     return direct_draw(raster, device, scene, triangles, camera, wave, hits, capacity, log);
+  if (raster->view_count > 1)
+    return bins_draw(raster, device, scene, triangles, camera, wave, 0, raster->pass_rows, hits, capacity, log);
   uint32_t row_tiles = camera->info.tiles_per_row * BIN_TILES;
   uint32_t end = divide_up(wave->first_tile + wave->tile_count, row_tiles);
   for (uint32_t row = wave->first_tile / row_tiles; row < end; row += raster->pass_rows)

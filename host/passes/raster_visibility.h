@@ -1,5 +1,5 @@
 // Camera visibility by raster: cl/raster/visibility_*.cl. It gives the hit stream that tracing the wave's camera rays
-// would give, bit for bit.
+// would give, bit for bit, for all views of the camera at once.
 #pragma once
 
 #include "passes/camera_rays.h"
@@ -10,15 +10,17 @@ typedef struct RasterVisibility {
   RasterWay way;
   Kernel setup, bins;                  // RASTER_WAY_BINS
   Kernel small, split, draw, resolve;  // RASTER_WAY_DIRECT
-  DeviceBuffer view;                   // RasterView
-  RasterBins binned;                   // of one pass
-  DeviceBuffer keys;                   // by slot, 64 bits
-  RasterBoxes boxes;                   // of one pass
-  DeviceBuffer costs;                  // RASTER_COSTS
-  uint32_t pass_chunks, pass_bins;     // that a pass may have
-  uint32_t samples;                    // of the camera
-  uint32_t columns, pass_rows;         // bins across the picture; rows of bins of a pass
-  bool ready;                          // the bins hold the whole scene for the whole picture
+  DeviceBuffer views;                  // RasterView [view_count]
+  DeviceBuffer hidden;                 // ranges of triangle ids, [hidden_count][2]
+  uint32_t view_count, hidden_count;
+  RasterBins binned;                // of one pass
+  DeviceBuffer keys;                // by slot, 64 bits
+  RasterBoxes boxes;                // of one pass
+  DeviceBuffer costs;               // RASTER_COSTS
+  uint32_t pass_chunks, pass_bins;  // that a pass may have
+  uint32_t samples;                 // of the camera
+  uint32_t columns, pass_rows;      // bins across a view; rows of bins of a pass, of each view
+  bool ready;                       // the bins hold the whole scene for the whole picture
 } RasterVisibility;
 
 // For a scene and its triangles, or others alike. Errors: those of program_build, buffer_create.
@@ -30,6 +32,11 @@ void raster_visibility_free(RasterVisibility *raster);
 // buffer_create.
 Status raster_visibility_aim(RasterVisibility *raster, Device *device, const CameraRays *camera, uint32_t samples,
                              uint32_t capacity, Log *log);
+
+// From now on triangles whose ids are in [ranges[i][0], ranges[i][1]) are not there. Before raster_visibility_aim. Cost:
+// a comparison a range and triangle. Errors: those of buffer_create.
+Status raster_visibility_hide(RasterVisibility *raster, Device *device, const uint32_t (*ranges)[2], uint32_t count,
+                              Log *log);
 
 // Writes the hits of all slots of the wave, into a stream of `capacity`. With bins the first wave of a picture pays for
 // setup and binning, unless they take several passes: then every wave does.

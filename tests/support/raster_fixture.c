@@ -130,10 +130,13 @@ typedef struct Shooting {
 static void shooting_begin(Shooting *out, const RasterShot *shot)
 {
   CameraInfo info = camera_info(&shot->camera, &shot->area);
-  uint32_t tiles = info.tiles_per_row * ((info.height + TILE_SIZE - 1) / TILE_SIZE);
-  *out = (Shooting){.tiles = tiles, .wave_tiles = shot->wave_tiles ? shot->wave_tiles : tiles};
+  const CameraInfo *views = shot->view_count ? shot->views : &info;
+  uint32_t view_count = shot->view_count ? shot->view_count : 1;
+  *out = (Shooting){0};
+  raster_assert_ok(camera_rays_make_views(&out->camera, device, views, view_count, shot->samples, &raster_log));
+  out->tiles = views->tiles_per_row * camera_tile_rows(&out->camera);
+  out->wave_tiles = shot->wave_tiles ? shot->wave_tiles : out->tiles;
   out->capacity = out->wave_tiles * TILE_PIXELS;
-  raster_assert_ok(camera_rays_make(&out->camera, device, &info, shot->samples, &raster_log));
   raster_assert_ok(ray_stream_make(&out->rays, device, out->capacity, 1, "rays", &raster_log));
   raster_assert_ok(hit_stream_make(&out->hits, device, out->capacity, &raster_log));
 }
@@ -200,8 +203,10 @@ RasterHits raster_hits(RasterFixture *fixture, const RasterShot *shot, RasterVar
   all.way = variant == RASTER_DIRECT_1 ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
   shooting_begin(&shooting, shot);
   RasterHits hits = hits_make(shooting.tiles * TILE_PIXELS * shot->samples);
-  if (!raster->view.memory)
+  all.views = shooting.camera.view_count;
+  if (!raster->views.memory)
     raster_assert_ok(raster_visibility_make(raster, device, &fixture->scene, &fixture->triangles, &all, &raster_log));
+  raster_assert_ok(raster_visibility_hide(raster, device, &shot->hidden, shot->hidden[1] > 0, &raster_log));
   raster_assert_ok(
       raster_visibility_aim(raster, device, &shooting.camera, shot->samples, shooting.capacity, &raster_log));
   for (Wave wave = {0}; wave_next(&wave, &shooting, shot);) {

@@ -38,10 +38,14 @@ void raster_fixture_of_soup(RasterFixture *out, Soup *soup);  // and frees the s
 void raster_fixture_free(RasterFixture *fixture);
 
 // What is looked at: `wave_tiles` tiles of one sample at a time (0: all).
+enum { SHOT_VIEWS_MOST = 6 };
 typedef struct RasterShot {
   Camera camera;
   PictureArea area;
   uint32_t samples, wave_tiles;
+  CameraInfo views[SHOT_VIEWS_MOST];  // in place of the camera where there are any
+  uint32_t view_count;
+  uint32_t hidden[2];  // ids of triangles that are not there, [first, end); raster alone
 } RasterShot;
 RasterShot raster_shot(const Camera *camera, uint32_t width, uint32_t height, uint32_t samples);
 
@@ -57,10 +61,10 @@ RasterHits raster_hits(RasterFixture *fixture, const RasterShot *shot, RasterVar
                        const RasterOptions *options);
 void raster_hits_free(RasterHits *hits);
 
-// Slots that hit something.
 // Pixel of a slot of the whole picture's first sample: the order of shared/stream.h, by counting.
 void raster_slot_pixel(uint32_t *x, uint32_t *y, uint32_t slot, uint32_t width, uint32_t height);
 
+// Slots that hit something.
 uint32_t raster_hits_count(const RasterHits *hits);
 
 // Slots that differ in a bit; prints the first few.
