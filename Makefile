@@ -35,8 +35,8 @@ objects = $(patsubst %,$(BUILD)/%.o,$(1))
 LIBRARY_O := $(call objects,$(LIBRARY_C) $(LIBRARY_CXX)) $(BUILD)/kernels.o
 HELPER_O := $(call objects,$(HELPER_C) $(HELPER_CXX)) $(call objects,host/base/log.c host/base/status.c)
 TEST_SUPPORT_O := $(call objects,$(TEST_SUPPORT_C))
-GL_PEER_O := $(call objects,tests/bench/gl_peer.c tests/bench/raster_views.c)
-BENCH_SCENE_O := $(call objects,tests/bench/scene.c)
+GL_PEER_O := $(call objects,tests/bench/gl_peer.c tests/bench/raster_peer.c)
+BENCH_SCENE_O := $(call objects,tests/bench/scene.c tests/bench/raster_stages.c tests/bench/raster_views.c)
 ALL_O := $(LIBRARY_O) $(HELPER_O) $(TEST_SUPPORT_O) $(BUILD)/host/app/main.c.o $(TESTS:=.c.o) $(BENCHES:=.c.o) \
   $(OCLGRIND_TESTS:=.c.o) $(FUZZERS:=.c.o) $(BUILD)/tests/fuzz/shrink_scene.c.o $(GL_PEER_O) $(BENCH_SCENE_O)
 

@@ -280,7 +280,7 @@ static void embree_make(Bench *bench)
 static Status bench_run(Bench *bench, const char *path)
 {
   Status status = STATUS_OK;
-  TRY(bench_scene_open(&bench->base, path, (double)WIDTH / HEIGHT, 0));
+  TRY(bench_scene_open(&bench->base, path, (double)WIDTH / HEIGHT, NULL, 0));
   for (size_t i = 0; i < bench->base.timeline.count; i++)
     if (!strcmp(bench->base.timeline.spans[i].name, "build the BVH"))
       bench->bvh_ms = bench->base.timeline.spans[i].end_ms - bench->base.timeline.spans[i].begin_ms;

@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-Status bench_scene_open(BenchScene *bench, const char *path, double aspect, uint32_t threads)
+Status bench_scene_open(BenchScene *bench, const char *path, double aspect, const char *device, uint32_t threads)
 {
   Status status = STATUS_OK;
   Log *log = &bench->log;
@@ -16,7 +16,7 @@ Status bench_scene_open(BenchScene *bench, const char *path, double aspect, uint
   }
   TRY(scene_camera_choose(&bench->camera, &bench->scene, NULL, aspect, log));
   TRY(flat_scene_make(&bench->flat, &bench->scene, log));
-  TRY(device_open(&bench->device, NULL, threads, &bench->timeline, log));
+  TRY(device_open(&bench->device, device, threads, &bench->timeline, log));
   TRY(device_scene_make(&bench->device_scene, bench->device, &bench->scene, &bench->timeline, log));
 
 done:

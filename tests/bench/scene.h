@@ -16,10 +16,10 @@ typedef struct BenchScene {
   DeviceScene device_scene;
 } BenchScene;
 
-// Reads a glTF file and makes every triangle opaque and double-sided, which is how the others see it. `threads` is of
-// the device, 0 for all. Errors: those of gltf_read, device_open, device_scene_make; bench_scene_close frees either
+// Reads a glTF file and makes every triangle opaque and double-sided, which is how the others see it. The device is
+// that of device_open. Errors: those of gltf_read, device_open, device_scene_make; bench_scene_close frees either
 // way.
-Status bench_scene_open(BenchScene *out, const char *path, double aspect, uint32_t threads);
+Status bench_scene_open(BenchScene *out, const char *path, double aspect, const char *device, uint32_t threads);
 void bench_scene_close(BenchScene *bench);
 
 // Sorts the values.

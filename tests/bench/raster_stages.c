@@ -1,0 +1,158 @@
+#include "bench/raster_stages.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "shared/depth_map.h"
+#include "shared/raster.h"
+#include "shared/stream.h"
+
+const uint32_t map_px[MAPS] = {1024, 2048};
+const char *const stage_names[STAGES] = {"depth map 1024",   "depth map 2048",     "cube 6 x 256",
+                                         "visibility 1080p", "shaded 1080p + PCF", "whole frame"};
+
+static Status depth_draw(RasterStages *stages, RasterDepth *raster, const RasterView *views, uint32_t count)
+{
+  return raster_depth(raster, stages->base.device, &stages->base.device_scene, &stages->triangles, views, count,
+                      &stages->base.log);
+}
+
+static Status map_draw(RasterStages *stages, int map)
+{
+  RasterView view = stages->views.light;
+  for (Float4 *row = &view.x; row <= &view.y; row++) {  // rows are in texels
+    float scale = (float)map_px[map] / (float)map_px[0];
+    *row = (Float4){row->x * scale, row->y * scale, row->z * scale, row->w * scale};
+  }
+  view.width = view.height = map_px[map];
+  return depth_draw(stages, &stages->maps[map], &view, 1);
+}
+
+static Status visibility_draw(RasterStages *stages)
+{
+  Status status = STATUS_OK;
+  Wave wave = {0, stages->tiles, 0, 1};
+  uint32_t capacity = stages->tiles * TILE_PIXELS;
+  TRY(raster_visibility_aim(&stages->visibility, stages->base.device, &stages->camera, 1, capacity, &stages->base.log));
+  TRY(raster_visibility(&stages->visibility, stages->base.device, &stages->base.device_scene, &stages->triangles,
+                        &stages->camera, &wave, &stages->hits, capacity, &stages->base.log));
+
+done:
+  return status;
+}
+
+Status raster_stage_run(RasterStages *stages, Stage stage)
+{
+  Status status = STATUS_OK;
+  Log *log = &stages->base.log;
+  if (stage == MAP_1024 || stage == MAP_2048) TRY(map_draw(stages, stage == MAP_2048));
+  if (stage == CUBE) TRY(depth_draw(stages, &stages->cube, stages->views.faces, 6));
+  if (stage == FRAME) TRY(map_draw(stages, 1));
+  if (stage == VISIBILITY) TRY(visibility_draw(stages));
+  if (stage == SHADED || stage == FRAME) TRY(frame_render(&stages->frame, log));
+  TRY(device_finish(stages->base.device, log));
+
+done:
+  return status;
+}
+
+// A frame of the scene under one light, which stands where the peer's does and sees as much.
+static Status frame_prepare(RasterStages *stages)
+{
+  Status status = STATUS_OK;
+  Scene *scene = &stages->base.scene, kept = *scene;
+  Vec3 low, high, at = vec3_from_floats(stages->views.light_position);
+  scene_bounds(scene, &low, &high);
+  Vec3 middle = vec3_scale(vec3_add(low, high), 0.5);
+  Light light = {.kind = LIGHT_SPOT,
+                 .color = {1, 1, 1},
+                 .intensity = (float)(10 * vec3_dot(vec3_sub(at, middle), vec3_sub(at, middle))),
+                 .range_m = INFINITY,
+                 .inner_cone_rad = M_PI / 7,
+                 .outer_cone_rad = M_PI / 6,
+                 .position_world = at,
+                 .direction_world = vec3_unit_or(vec3_sub(middle, at), vec3(0, -1, 0))};
+  RenderSettings settings = {.samples = 1,
+                             .primary = PRIMARY_RASTER,
+                             .shadows = SHADOWS_PCF,
+                             .shadow_options = {.map_size_px = 2048, .kernel_px = 3}};
+  SceneFacts facts = {.triangle_count = stages->triangles.triangle_count, .pixel_count = PIXELS, .light_count = 1};
+  FrameRequest request = {.camera = &stages->base.camera,
+                          .area = {WIDTH, HEIGHT, 0, 0, WIDTH, HEIGHT},
+                          .samples = 1,
+                          .plan = plan_make(&settings, &facts)};
+  scene->lights = &light;
+  scene->light_count = 1;
+  TRY(device_scene_make(&stages->lit_scene, stages->base.device, scene, NULL, &stages->base.log));
+  TRY(frame_make(&stages->frame, stages->base.device, &stages->lit_scene, &request, &stages->base.log));
+
+done:
+  *scene = kept;
+  return status;
+}
+
+static Status passes_make(RasterStages *stages)
+{
+  Status status = STATUS_OK;
+  const RasterOptions usual = {0};
+  Device *device = stages->base.device;
+  const DeviceScene *scene = &stages->base.device_scene;
+  Log *log = &stages->base.log;
+  PictureArea area = {WIDTH, HEIGHT, 0, 0, WIDTH, HEIGHT};
+  CameraInfo info = camera_info(&stages->base.camera, &area);
+  if (info.orthographic)
+    return log_fail(log, STATUS_USAGE, "benchmark: the camera is orthographic: use a file whose first one is not");
+  info.far_m = INFINITY;  // as in OpenGL's matrix above
+  stages->tiles = info.tiles_per_row * (HEIGHT / TILE_SIZE);
+  TRY(raster_scene_make(&stages->triangles, device, scene, &usual, log));
+  for (int i = 0; i < MAPS; i++)
+    TRY(raster_depth_make(&stages->maps[i], device, scene, &stages->triangles, map_px[i], 1, &usual, log));
+  TRY(raster_depth_make(&stages->cube, device, scene, &stages->triangles, CUBE_PX, 6, &usual, log));
+  TRY(raster_visibility_make(&stages->visibility, device, scene, &stages->triangles, &usual, log));
+  TRY(camera_rays_make(&stages->camera, device, &info, 1, log));
+  TRY(hit_stream_make(&stages->hits, device, stages->tiles * TILE_PIXELS, log));
+
+done:
+  return status;
+}
+
+Status raster_stages_open(RasterStages *out, const char *path, const char *device, uint32_t threads)
+{
+  Status status = STATUS_OK;
+  *out = (RasterStages){0};
+  TRY(bench_scene_open(&out->base, path, (double)WIDTH / HEIGHT, device, threads));
+  TRY(passes_make(out));
+  raster_views_aim(&out->views, &out->base.scene, &out->camera.info, map_px[0], CUBE_PX);
+  TRY(frame_prepare(out));
+
+done:
+  return status;
+}
+
+void raster_stages_close(RasterStages *stages)
+{
+  hit_stream_free(&stages->hits);
+  camera_rays_free(&stages->camera);
+  raster_visibility_free(&stages->visibility);
+  raster_depth_free(&stages->cube);
+  for (int i = 0; i < MAPS; i++) raster_depth_free(&stages->maps[i]);
+  raster_scene_free(&stages->triangles);
+  frame_free(&stages->frame);
+  device_scene_free(&stages->lit_scene);
+  bench_scene_close(&stages->base);
+}
+
+void raster_kernels_print(const Timeline *timeline, size_t first, int rounds)
+{
+  for (size_t i = first; i < timeline->count; i++) {
+    double sum_ms = 0;
+    bool before = false;
+    for (size_t k = first; k < timeline->count; k++) {
+      bool same = !strcmp(timeline->spans[k].name, timeline->spans[i].name);
+      before = before || (same && k < i);
+      if (same) sum_ms += timeline->spans[k].end_ms - timeline->spans[k].begin_ms;
+    }
+    if (!before) printf("      %-44s %8.2f ms\n", timeline->spans[i].name, sum_ms / rounds);
+  }
+}
