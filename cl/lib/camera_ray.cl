@@ -56,3 +56,22 @@ static inline FloatL camera_ray_end(constant CameraInfo *camera, UintL x, UintL 
   IntL visible = (x < UINTL(camera->width)) & (y < UINTL(camera->height));
   return visible ? FLOATL(camera->far_m) : FLOATL(-1);
 }
+
+// What camera rays are made from: cameras (shared/camera.h), sample positions, and the wave.
+typedef struct CameraSources {
+  constant CameraInfo *cameras;
+  uint view_count;
+  constant Float2 *offsets;
+  uint first_tile, tile_count, first_sample;
+} CameraSources;
+
+// The rays of LANES neighbouring slots of a wave.
+static inline CameraRay wave_ray(FloatL *t_max, const CameraSources *from, uint slot)
+{
+  UintL x, y;
+  uint tile = slot / TILE_PIXELS;
+  constant CameraInfo *camera = tile_camera(&x, &y, from->cameras, from->view_count,
+                                            from->first_tile + tile % from->tile_count, slot % TILE_PIXELS);
+  *t_max = camera_ray_end(camera, x, y);
+  return camera_ray(camera, x, y, from->offsets[from->first_sample + tile / from->tile_count]);
+}

@@ -18,15 +18,13 @@ kernel void ray_generate(constant CameraInfo *cameras, uint view_count, constant
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   Vec3L one = vec3l(FLOATL(1), FLOATL(1), FLOATL(1));
+  CameraSources from = {cameras, view_count, offsets, first_tile, tile_count, first_sample};
   for (uint slot = begin; slot < end; slot += LANES) {
-    uint tile = slot / TILE_PIXELS;
-    UintL x, y;
-    constant CameraInfo *camera =
-        tile_camera(&x, &y, cameras, view_count, first_tile + tile % tile_count, slot % TILE_PIXELS);
-    CameraRay ray = camera_ray(camera, x, y, offsets[first_sample + tile / tile_count]);
+    FloatL t_max;
+    CameraRay ray = wave_ray(&t_max, &from, slot);
     stream_store3(ray.origin, rays, capacity, RAY_ORIGIN_X, slot);
     stream_store3(ray.direction, rays, capacity, RAY_DIRECTION_X, slot);
-    LANE_STORE(camera_ray_end(camera, x, y), rays + RAY_T_MAX * capacity, slot);
+    LANE_STORE(t_max, rays + RAY_T_MAX * capacity, slot);
     stream_store3(one, rays, capacity, RAY_WEIGHT_R, slot);
     LANE_STORE(UINTL(slot) + LANE_AS_UINT(INTL(0) + LANE_INDEX), slots, slot);
   }

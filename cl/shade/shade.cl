@@ -1,6 +1,7 @@
 // Shade + spawn: light that hits send back along their rays, shadow rays to the lights, reflected rays.
 //
-//   in    rays, slots, hits, hit_ids   a stream and what trace_closest found, [ray_count]
+//   in    rays, slots, hits, hit_ids   a stream and what trace_closest found, [ray_count]; with shade->from_camera hits
+//                                      alone: the wave's camera rays are made here from cameras and offsets
 //         scene arrays                 host/device_scene
 //   out   radiance[slot]               emission, ambient, environment; light that needs no shadow ray
 //         shadow_rays, shadow_slots    one stream a light of the batch, weight = radiance if unblocked; after them the
@@ -18,12 +19,20 @@
 //   Streams are packed by one atomic per LANES rays; their order varies from run to run, the picture does not.
 
 #include "lib/area_light.cl"
+#include "lib/camera_ray.cl"
 #include "lib/radiance.cl"
 #include "lib/surface_samples.cl"
 #include "shared/shadow.h"
 #ifdef HAS_SHADOW_MAPS
 #include "lib/shadow_lookup.cl"
 #endif
+
+// Rays that arrive, LANES of them.
+typedef struct Arrivals {
+  UintL slot;
+  Vec3L direction, weight;
+  FloatL t_max;  // below 0: inactive
+} Arrivals;
 
 typedef struct Lighting {
   Vec3L to_light;  // from the offset origin to the light; t = 1 is the light
@@ -179,6 +188,24 @@ static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, Flo
 #endif
 }
 
+static inline Arrivals arrivals_load(constant ShadeInfo *shade, const CameraSources *camera, global const float *rays,
+                                     global const uint *slots, uint capacity, uint first, uint ray_count)
+{
+  Arrivals out;
+  if (shade->from_camera) {
+    FloatL one = FLOATL(1);
+    out.slot = UINTL(first) + LANE_AS_UINT(INTL(0) + LANE_INDEX);
+    out.direction = wave_ray(&out.t_max, camera, first).direction;
+    out.weight = vec3l(one, one, one);
+    return out;
+  }
+  out.slot = LANE_LOAD(slots, first);
+  out.direction = stream_load3(rays, capacity, RAY_DIRECTION_X, first);
+  out.weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
+  out.t_max = stream_load_t_max(rays, capacity, first, ray_count);
+  return out;
+}
+
 kernel void shade(constant ShadeInfo *shade, global const float *rays, global const uint *slots, uint capacity,
                   uint ray_count, global const float *hits, global const uint *hit_ids, global const float *positions,
                   global const float *normals, global const Float4 *tangents, global const TriangleCorners *corners,
@@ -190,21 +217,23 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                   global const ShadowInfo *shadow_infos, global const ShadowView *shadow_views,
                   global const float *shadow_maps, global float4 *radiance, global float *shadow_rays,
                   global uint *shadow_slots, global float *reflected_rays, global uint *reflected_slots,
-                  global float *transmitted_rays, global uint *transmitted_slots, global uint *counts)
+                  global float *transmitted_rays, global uint *transmitted_slots, global uint *counts,
+                  constant CameraInfo *cameras, uint view_count, constant Float2 *offsets)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   GeometrySources geometry = {positions, normals, tangents};
   SampleStreams streams = {shadow_rays, shadow_slots, reflected_rays, reflected_slots, capacity, counts};
+  CameraSources camera = {cameras, view_count, offsets, shade->first_tile, shade->tile_count, shade->first_sample};
   FloatL zero = FLOATL(0);
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint first = begin; first < end; first += LANES) {
-    UintL slot = LANE_LOAD(slots, first), id = LANE_LOAD(hit_ids, first);
-    IntL active = stream_load_t_max(rays, capacity, first, ray_count) > zero;
+    Arrivals in = arrivals_load(shade, &camera, rays, slots, capacity, first, ray_count);
+    UintL slot = in.slot, id = LANE_LOAD(hit_ids, first);
+    IntL active = in.t_max > zero;
     IntL hit = active & (id != UINTL(HIT_NONE));
     IntL missed = active & (id == UINTL(HIT_NONE));
-    Vec3L direction = stream_load3(rays, capacity, RAY_DIRECTION_X, first);
-    Vec3L weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
+    Vec3L direction = in.direction, weight = in.weight;
     FloatL density = FLOATL(INFINITY);
     if (STREAMS_HAVE_DENSITY && !shade->primary) density = LANE_LOAD(rays + RAY_DENSITY * capacity, first);
     if (shade->first_batch && any_lane(missed))
@@ -221,7 +250,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
     if (shade->first_batch) {
       Vec3L through = scale3(weight, FLOATL(1) - s.alpha);
       IntL passes = hit & (max_component3(through) > FLOATL(shade->min_transmitted));
-      FloatL left = stream_load_t_max(rays, capacity, first, ray_count) - LANE_LOAD(hits + HIT_T * capacity, first);
+      FloatL left = in.t_max - LANE_LOAD(hits + HIT_T * capacity, first);
       stream_append_path(passes, sub3(s.position, s.offset), direction, left, through, slot, STREAMS_HAVE_DENSITY,
                          density, transmitted_rays, capacity, transmitted_slots, &counts[STREAM_COUNT_TRANSMITTED]);
     }

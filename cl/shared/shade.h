@@ -50,7 +50,7 @@ typedef struct ShadeInfo {
   uint tiles_per_row, tile_rows;              // of the picture
   uint crop_x, crop_y;                        // as in CameraInfo
   float light_radius_m, light_sine;  // with HAS_AREA_LIGHTS: of spheres; of what directional ones subtend, halved
-  uint padding;                      // to a power of two: buffer_write then does not wait
+  uint from_camera;                  // 1: the rays are those of the camera, of which there is no stream
 } ShadeInfo;
 SHARED_SIZE(ShadeInfo, 128);
 

@@ -49,7 +49,7 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const 
   TRY(program_build(&shader.program, device, "shade/shade.cl", options, log));
   TRY(program_kernel(&shader.kernel, shader.program, "shade", log));
   TRY(buffer_create(&shader.info, device, sizeof(ShadeInfo), NULL, "shading settings", log));
-  TRY(buffer_create(&shader.no_maps, device, 0, NULL, "shadow maps", log));
+  TRY(buffer_create(&shader.nothing, device, 0, NULL, "nothing", log));
   TRY(buffer_create(&shader.counts, device, STREAM_COUNTS * sizeof(uint32_t), NULL, "stream counters", log));
   *out = shader;
   shader = (Shader){0};
@@ -64,7 +64,7 @@ void shader_free(Shader *shader)
   kernel_free(&shader->kernel);
   buffer_free(&shader->info);
   buffer_free(&shader->counts);
-  buffer_free(&shader->no_maps);
+  buffer_free(&shader->nothing);
   buffer_free(&shader->environment_table);
   buffer_free(&shader->environment_levels);
   *shader = (Shader){0};
@@ -75,8 +75,10 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
 {
   Status status = STATUS_OK;
   const ShadowMaps *maps = streams->maps;
-  const DeviceBuffer infos = maps ? maps->infos : shader->no_maps, views = maps ? maps->views : shader->no_maps,
-                     texels = maps ? maps->maps : shader->no_maps;
+  const DeviceBuffer infos = maps ? maps->infos : shader->nothing, views = maps ? maps->views : shader->nothing,
+                     texels = maps ? maps->maps : shader->nothing;
+  const CameraRays none = {.cameras = shader->nothing, .offsets = shader->nothing};
+  const CameraRays *camera = streams->camera ? streams->camera : &none;
   bool shadow_rays = false;
   for (uint32_t i = 0; i < info->light_count && info->cast_shadows; i++)
     shadow_rays |= !maps || !shadow_maps_have(maps, info->first_light + i);
@@ -96,7 +98,8 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
            ARG_BUFFER(views), ARG_BUFFER(texels), ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays),
            ARG_BUFFER(streams->shadow->slots), ARG_BUFFER(streams->reflected->rays),
            ARG_BUFFER(streams->reflected->slots), ARG_BUFFER(streams->transmitted->rays),
-           ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts)),
+           ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts), ARG_BUFFER(camera->cameras),
+           ARG(camera->view_count), ARG_BUFFER(camera->offsets)),
       log));
   if (spawns) TRY(buffer_read(device, &shader->counts, counts, STREAM_COUNTS * sizeof *counts, log));
   for (int i = 0; i < STREAM_COUNTS; i++)

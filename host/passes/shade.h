@@ -2,6 +2,7 @@
 #pragma once
 
 #include "device_scene/device_scene.h"
+#include "passes/camera_rays.h"
 #include "passes/ray_stream.h"
 #include "passes/shadow_maps.h"
 #include "plan/plan.h"
@@ -14,7 +15,7 @@ typedef struct Shader {
   DeviceBuffer counts;              // [STREAM_COUNTS]
   DeviceBuffer environment_table;   // shared/scene.h; empty where directions are not chosen by an image
   DeviceBuffer environment_levels;  // shared/scene.h; empty where no surface reads them
-  DeviceBuffer no_maps;             // stands for shadow maps where there are none
+  DeviceBuffer nothing;             // stands for what there is none of
   uint32_t environment_segments;    // of shadow rays that the environment needs; if environment_open, the last is of
   bool environment_open;            // rays to which back faces are open
 } Shader;
@@ -27,6 +28,7 @@ typedef struct ShadeStreams {
   const RayStream *reflected, *transmitted;
   const DeviceBuffer *radiance;  // Float4 by slot
   const ShadowMaps *maps;        // of the lights; NULL where the plan has none
+  const CameraRays *camera;      // may be NULL unless ShadeInfo.from_camera is set
 } ShadeStreams;
 
 // Builds the kernel with what the plan needs; the scene's host environment is read where it has to be sampled.

@@ -46,7 +46,11 @@ static uint32_t hash_pcg(uint32_t x)
 
 Bounce bounce_first(const Frame *frame, const Wave *wave)
 {
-  return (Bounce){.count = wave_rays(wave), .first = true, .path = hash_pcg(frame->request.seed)};
+  // Raster finds what they hit without a stream of them.
+  bool from_camera =
+      frame->request.plan.primary == PRIMARY_RASTER && !frame->capturing && !(frame->request.aovs & AOV_SET_SURFACE);
+  return (Bounce){
+      .count = wave_rays(wave), .first = true, .from_camera = from_camera, .path = hash_pcg(frame->request.seed)};
 }
 
 static uint32_t environment_light_of(EnvironmentLightMethod method)
@@ -67,8 +71,9 @@ static ReflectionMethod reflections_of(const Frame *frame, uint32_t depth)
   return reflections_use_cubes(method) && frame->cube_reflect.cube_count == 0 ? REFLECTIONS_RAYS : method;
 }
 
-static ShadeInfo shade_info(const Frame *frame, const Wave *wave, uint32_t depth, uint32_t path)
+static ShadeInfo shade_info(const Frame *frame, const Wave *wave, const Bounce *bounce)
 {
+  const uint32_t depth = bounce->depth;
   const FrameRequest *request = &frame->request;
   const Plan *plan = &request->plan;
   const CameraInfo *camera = &frame->camera.info;
@@ -84,6 +89,7 @@ static ShadeInfo shade_info(const Frame *frame, const Wave *wave, uint32_t depth
       .min_weight = least_weight,
       .min_transmitted = least_transmitted,
       .primary = depth == 0,
+      .from_camera = bounce->from_camera,
       .flat_background = request->flat_background,
       .background = {request->background[0], request->background[1], request->background[2]},
       .max_roughness = plan->max_roughness,
@@ -91,13 +97,13 @@ static ShadeInfo shade_info(const Frame *frame, const Wave *wave, uint32_t depth
       .environment_segment = frame->light_segments,
       .environment_open = frame->shader.environment_segments - 1,
       .environment_table = by_image,
-      .random_key = path,
+      .random_key = bounce->path,
       .receivers = reflections_use_maps(reflections_of(frame, depth + 1)),
       .first_tile = wave->first_tile,
       .tile_count = wave->tile_count,
       .first_sample = wave->first_sample,
       .tiles_per_row = camera->tiles_per_row,
-      .tile_rows = (camera->height + TILE_SIZE - 1) / TILE_SIZE,
+      .tile_rows = camera_tile_rows(&frame->camera),
       .crop_x = camera->crop_x,
       .crop_y = camera->crop_y,
       .light_radius_m = plan->shadow_options.light_radius_m,
@@ -172,11 +178,11 @@ Status radiance_accumulate(Frame *frame, const Wave *wave, const DeviceBuffer *s
 
 // Light of the first hits without lights, with them, and without their shadows, all of it without the environment's:
 // the shadow AOV is the quotient of the differences.
-static Status aov_shadow(Frame *frame, const ShadeStreams *streams, const Wave *wave, Log *log)
+static Status aov_shadow(Frame *frame, const ShadeStreams *streams, const Wave *wave, const Bounce *bounce, Log *log)
 {
   Status status = STATUS_OK;
   uint32_t unused[STREAM_COUNTS], rays = wave_rays(wave);
-  ShadeInfo info = shade_info(frame, wave, 0, 0), shadowed;
+  ShadeInfo info = shade_info(frame, wave, bounce), shadowed;
   info.reflect = info.environment_light = info.environment_table = 0;
   shadowed = info;
   info.cast_shadows = 0;
@@ -250,12 +256,12 @@ Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounc
   }
   uint32_t coherent_bounces = request->plan.max_roughness > 0 ? 1 : COHERENT_BOUNCES;
   Coherence coherence = bounce->depth < coherent_bounces ? RAYS_COHERENT : RAYS_INCOHERENT;
-  ShadeInfo info = shade_info(frame, wave, bounce->depth, bounce->path);
+  ShadeInfo info = shade_info(frame, wave, bounce);
   RayStream *reflected, *transmitted;
   TRY(stream_take(&reflected, frame, info.reflect, log));
   TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
-  ShadeStreams streams = {bounce->rays, &frame->hits,     &frame->shadow,     reflected,
-                          transmitted,  &frame->radiance, &frame->shadow_maps};
+  ShadeStreams streams = {bounce->rays, &frame->hits,     &frame->shadow,      reflected,
+                          transmitted,  &frame->radiance, &frame->shadow_maps, &frame->camera};
   if (bounce->first)
     TRY(first_hits_find(frame, wave, bounce, log));
   else
@@ -263,13 +269,19 @@ Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounc
                       bounce->depth ? "trace reflected rays" : "trace transmitted rays", log));
   if (bounce->first && request->aovs & AOV_SET_SURFACE)
     TRY(film_aov(&frame->film, device, frame->scene, &frame->camera, wave, bounce->rays, &frame->hits, log));
-  if (bounce->first && request->aovs & AOV_SET_SHADOW) TRY(aov_shadow(frame, &streams, wave, log));
+  if (bounce->first && request->aovs & AOV_SET_SHADOW) TRY(aov_shadow(frame, &streams, wave, bounce, log));
   uint32_t counts[STREAM_COUNTS];
   TRY(bounce_shade(frame, &streams, bounce->count, &info, coherence, counts, log));
   stream_give_back(frame, bounce->rays);
-  Bounce spawned[] = {
-      {reflected, counts[STREAM_COUNT_REFLECTED], bounce->depth + 1, false, true, hash_pcg(bounce->path + 1)},
-      {transmitted, counts[STREAM_COUNT_TRANSMITTED], bounce->depth, false, false, hash_pcg(bounce->path + 2)}};
+  Bounce spawned[] = {{.rays = reflected,
+                       .count = counts[STREAM_COUNT_REFLECTED],
+                       .depth = bounce->depth + 1,
+                       .reflected = true,
+                       .path = hash_pcg(bounce->path + 1)},
+                      {.rays = transmitted,
+                       .count = counts[STREAM_COUNT_TRANSMITTED],
+                       .depth = bounce->depth,
+                       .path = hash_pcg(bounce->path + 2)}};
   bool crowded = *waiting_count > FRAME_STREAMS / 2;
   for (int k = 0; k < 2; k++) {
     const Bounce *next = &spawned[crowded ? 1 - k : k];

@@ -7,10 +7,11 @@
 typedef struct Bounce {
   RayStream *rays;
   uint32_t count;
-  uint32_t depth;  // reflections so far
-  bool first;      // nothing was hit before
-  bool reflected;  // just now: not let through since
-  uint32_t path;   // hash of what happened so far: reflected, let through
+  uint32_t depth;    // reflections so far
+  bool first;        // nothing was hit before
+  bool from_camera;  // there is no stream of the rays: the shader makes them from the camera
+  bool reflected;    // just now: not let through since
+  uint32_t path;     // hash of what happened so far: reflected, let through
 } Bounce;
 
 // The first bounce of a wave.

@@ -141,10 +141,10 @@ Status frame_render_wave(Frame *frame, const Wave *wave, Log *log)
   uint32_t waiting_count = 0;
   bool direct_pending = frame->request.aovs & AOV_SET_REFLECTION;
   memset(frame->taken, 0, sizeof frame->taken);
-  TRY(stream_take(&bounce.rays, frame, true, log));
+  TRY(stream_take(&bounce.rays, frame, !bounce.from_camera, log));
   if (frame->capturing)
     TRY(cube_capture_rays(&frame->cube_capture, frame->device, wave, 0, bounce.rays, log));
-  else
+  else if (!bounce.from_camera)
     TRY(camera_rays_generate(&frame->camera, frame->device, wave, bounce.rays, log));
   TRY(buffer_zero(frame->device, &frame->radiance, log));
   waiting[waiting_count++] = bounce;
