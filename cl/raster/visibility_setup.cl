@@ -6,7 +6,8 @@
 //         hidden            ranges of triangle ids that are not there, [hidden_count]
 //   out   records  [view][chunk][RASTER_CHUNK + 1][VISIBLE_WORDS], packed: triangles that may be seen
 //         spans    [SPAN_FIELDS][view][chunk]
-//         starts   [view][chunk][bins + 2], lists [view][chunk][RASTER_CHUNK * RASTER_LARGE_BINS]: records by bin (lib/bins.cl)
+//         starts   [view][chunk][bins + 2], lists [view][chunk][RASTER_CHUNK * RASTER_LARGE_BINS]: records by bin
+//                  (lib/bins.cl)
 //
 //   Cost  one work-item a chunk and view; 44 bytes read a triangle, 64 written for one that survives.
 //   Culled: what is outside the picture or the depth range, turns a single-sided back, or lies between all samples.

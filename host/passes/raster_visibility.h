@@ -33,8 +33,8 @@ void raster_visibility_free(RasterVisibility *raster);
 Status raster_visibility_aim(RasterVisibility *raster, Device *device, const CameraRays *camera, uint32_t samples,
                              uint32_t capacity, Log *log);
 
-// From now on triangles whose ids are in [ranges[i][0], ranges[i][1]) are not there. Before raster_visibility_aim. Cost:
-// a comparison a range and triangle. Errors: those of buffer_create.
+// From now on triangles whose ids are in [ranges[i][0], ranges[i][1]) are not there. Before raster_visibility_aim.
+// Cost: a comparison a range and triangle. Errors: those of buffer_create.
 Status raster_visibility_hide(RasterVisibility *raster, Device *device, const uint32_t (*ranges)[2], uint32_t count,
                               Log *log);
 

@@ -2,10 +2,10 @@
 // in one run, two threads each. A benchmark, not a test. Ratios are theirs to ours, of times and of processor times:
 // other work on the machine moves the second less.
 //
-// Usage: bench_raster [-v] SCENE.glb... ; stages: bench/raster_stages.h. There cube faces are drawn one after the other,
-// visibility is id and depth (8 bytes a pixel; ours has two weights besides), and the shaded picture is diffuse white in
-// 8 bits where ours has glTF's BRDF, textures and floats. Before any timing both must show the same maps and triangles,
-// or it stops. -v: times by kernel.
+// Usage: bench_raster [-v] SCENE.glb... ; stages: bench/raster_stages.h. There cube faces are drawn one after the
+// other, visibility is id and depth (8 bytes a pixel; ours has two weights besides), and the shaded picture is diffuse
+// white in 8 bits where ours has glTF's BRDF, textures and floats. Before any timing both must show the same maps and
+// triangles, or it stops. -v: times by kernel.
 
 #include <math.h>
 #include <stdio.h>
