@@ -11,32 +11,21 @@
 // A framebuffer with a depth texture and, where it has a format, a colour one.
 typedef struct Target {
   GLuint framebuffer, depth, color;
-  GLenum format;  // GL_RGBA8, GL_R32UI or 0
+  GLenum format;  // GL_RGBA16F, GL_R32UI or 0
   uint32_t width, height;
 } Target;
 
 struct GlPeer {
   EGLDisplay display;
   EGLContext context;
-  GLuint vertices, indices, array;
+  GLuint array, surface_array;
   GLsizei index_count;
-  GLuint depth_program, id_program, shadowed_program, copy_program;
+  GLuint depth_program, id_program, surface_programs[2], copy_program;  // surfaces: without a texture, with one
+  GLuint materials, textures[GL_PEER_TEXTURES];
+  GlRange ranges[GL_PEER_TEXTURES + 1];
   Target map, camera, faces[6], copy;
   char name[256];
 };
-
-static const char *const vertex_source =
-    "#version 300 es\n"
-    "layout(location = 0) in vec3 position;\n"
-    "layout(location = 1) in vec3 normal;\n"
-    "uniform mat4 clip_from_world;\n"
-    "out vec3 world_position;\n"
-    "out vec3 world_normal;\n"
-    "void main() {\n"
-    "  world_position = position;\n"
-    "  world_normal = normal;\n"
-    "  gl_Position = clip_from_world * vec4(position, 1.0);\n"
-    "}\n";
 
 static const char *const depth_vertex_source =
     "#version 300 es\n"
@@ -71,25 +60,86 @@ static const char *const copy_source =
     "out highp uint bits;\n"
     "void main() { bits = floatBitsToUint(texelFetch(depth, ivec2(gl_FragCoord.xy), 0).r); }\n";
 
-static const char *const shadowed_source =
-    "#version 300 es\n"
+static const char *const surface_vertex_source =
+    "#version 320 es\n"
+    "layout(location = 0) in vec3 position;\n"
+    "layout(location = 1) in vec3 normal;\n"
+    "layout(location = 2) in vec2 uv;\n"
+    "layout(location = 3) in uint material;\n"
+    "layout(location = 4) in vec4 color;\n"
+    "uniform mat4 clip_from_world;\n"
+    "out vec3 surface_position;\n"
+    "out vec3 surface_normal;\n"
+    "out vec2 surface_uv;\n"
+    "out vec3 surface_color;\n"
+    "flat out uint surface_material;\n"
+    "void main() {\n"
+    "  surface_position = position;\n"
+    "  surface_normal = normal;\n"
+    "  surface_uv = uv;\n"
+    "  surface_color = color.rgb;\n"
+    "  surface_material = material;\n"
+    "  gl_Position = clip_from_world * vec4(position, 1.0);\n"
+    "}\n";
+
+// cl/lib/brdf.cl, with the branches that punctual lights need.
+static const char *const surface_source =
     "precision highp float;\n"
+    "precision highp int;\n"
     "precision highp sampler2DShadow;\n"
-    "in vec3 world_position;\n"
-    "in vec3 world_normal;\n"
-    "uniform vec3 light_position;\n"
+    "in vec3 surface_position;\n"
+    "in vec3 surface_normal;\n"
+    "in vec2 surface_uv;\n"
+    "in vec3 surface_color;\n"
+    "flat in uint surface_material;\n"
+    "struct Material { vec4 base, emission; float metallic, roughness; vec2 padding; };\n"
+    "layout(std140) uniform Materials { Material materials[64]; };\n"
+    "#ifdef TEXTURED\n"
+    "uniform sampler2D image;\n"
+    "#endif\n"
+    "uniform vec3 eye, light_position, light_direction;\n"
+    "uniform vec3 light_numbers;\n"  // candela, scale, offset
     "uniform mat4 map_from_world;\n"
     "uniform sampler2DShadow map;\n"
     "uniform float texel;\n"
     "out vec4 color;\n"
-    "void main() {\n"
-    "  vec3 n = normalize(world_normal), l = normalize(light_position - world_position);\n"
-    "  vec4 clip = map_from_world * vec4(world_position, 1.0);\n"
+    "float lit_share(vec3 p) {\n"
+    "  vec4 clip = map_from_world * vec4(p, 1.0);\n"
     "  vec3 at = 0.5 * clip.xyz / clip.w + 0.5;\n"
     "  float lit = 0.0;\n"
     "  for (int y = -1; y <= 1; y++)\n"
     "    for (int x = -1; x <= 1; x++) lit += texture(map, vec3(at.xy + texel * vec2(x, y), at.z - 0.0005));\n"
-    "  color = vec4(vec3(0.1 + 0.1 * lit * abs(dot(n, l))), 1.0);\n"
+    "  return lit / 9.0;\n"
+    "}\n"
+    "vec3 brdf(vec3 base, float metallic, float roughness, vec3 n, vec3 v, vec3 l) {\n"
+    "  vec3 h = normalize(l + v), nxh = cross(n, h);\n"
+    "  vec3 f0 = 0.04 * (1.0 - metallic) + base * metallic;\n"
+    "  float nl = max(dot(n, l), 0.0), nv = max(abs(dot(n, v)), 1e-6), vh = abs(dot(v, h));\n"
+    "  float nh = dot(n, h);\n"
+    "  float alpha = roughness * roughness, alpha2 = max(alpha * alpha, 1e-18);\n"
+    "  float denominator = alpha2 * nh * nh + dot(nxh, nxh);\n"
+    "  float d = nh > 0.0 ? alpha2 * 0.31830988618 / (denominator * denominator) : 0.0;\n"
+    "  float smith_v = nl * sqrt(nv * nv * (1.0 - alpha2) + alpha2);\n"
+    "  float smith_l = nv * sqrt(nl * nl * (1.0 - alpha2) + alpha2);\n"
+    "  float specular = roughness > 0.0 ? d * 0.5 / max(smith_v + smith_l, 1e-20) : 0.0;\n"
+    "  float m = 1.0 - min(vh, 1.0), m2 = m * m;\n"
+    "  vec3 f = f0 + (1.0 - f0) * (m2 * m2 * m);\n"
+    "  vec3 diffuse = (1.0 - f) * base * ((1.0 - metallic) * 0.31830988618);\n"
+    "  return (diffuse + f * specular) * nl;\n"
+    "}\n"
+    "void main() {\n"
+    "  Material material = materials[surface_material];\n"
+    "  vec3 base = material.base.rgb * surface_color;\n"
+    "#ifdef TEXTURED\n"
+    "  base *= texture(image, surface_uv).rgb;\n"
+    "#endif\n"
+    "  vec3 n = normalize(surface_normal), v = normalize(eye - surface_position);\n"
+    "  if (!gl_FrontFacing) n = -n;\n"
+    "  vec3 to_light = light_position - surface_position, l = normalize(to_light);\n"
+    "  float cone = clamp(-dot(light_direction, l) * light_numbers.y + light_numbers.z, 0.0, 1.0);\n"
+    "  float irradiance = light_numbers.x * cone * cone / dot(to_light, to_light);\n"
+    "  vec3 f = brdf(base, material.metallic, material.roughness, n, v, l);\n"
+    "  color = vec4(material.emission.rgb + f * irradiance * lit_share(surface_position), 1.0);\n"
     "}\n";
 
 static GLuint shader_compile(GLenum kind, const char *source)
@@ -115,6 +165,14 @@ static GLuint program_make(const char *vertex, const char *fragment)
   glAttachShader(program, shader_compile(GL_FRAGMENT_SHADER, fragment));
   glLinkProgram(program);
   return program;
+}
+
+static GLuint surface_program_make(const char *head)
+{
+  char source[8192];
+  int length = snprintf(source, sizeof source, "%s%s", head, surface_source);
+  if (length >= (int)sizeof source) exit(1);
+  return program_make(surface_vertex_source, source);
 }
 
 GlPeer *gl_peer_open(void)
@@ -147,9 +205,11 @@ GlPeer *gl_peer_open(void)
   peer->depth_program = program_make(depth_vertex_source, depth_source);
   peer->id_program = program_make(id_vertex_source, id_source);
   peer->copy_program = program_make(cover_vertex_source, copy_source);
-  peer->shadowed_program = program_make(vertex_source, shadowed_source);
+  peer->surface_programs[0] = surface_program_make("#version 320 es\n");
+  peer->surface_programs[1] = surface_program_make("#version 320 es\n#define TEXTURED\n");
   glEnable(GL_DEPTH_TEST);
   glDisable(GL_CULL_FACE);
+  glFrontFace(GL_CW);  // row 0 is the top one
   return peer;
 }
 
@@ -163,25 +223,63 @@ void gl_peer_close(GlPeer *peer)
 
 const char *gl_peer_name(const GlPeer *peer) { return peer->name; }
 
-void gl_peer_scene(GlPeer *peer, const float (*positions)[3], const float (*normals)[3], size_t vertex_count,
-                   const uint32_t (*triangles)[3], size_t triangle_count)
+// A buffer of vertices, bound as the next attributes are told.
+static void vertices_send(GLuint location, GLint size, const void *values, size_t vertex_count)
 {
-  size_t bytes = vertex_count * sizeof *positions;
+  GLuint buffer = 0;
+  glGenBuffers(1, &buffer);
+  glBindBuffer(GL_ARRAY_BUFFER, buffer);
+  glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(vertex_count * (size_t)size * sizeof(float)), values, GL_STATIC_DRAW);
+  glEnableVertexAttribArray(location);
+  glVertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, 0, NULL);
+}
+
+static void triangles_send(const uint32_t (*triangles)[3], size_t triangle_count)
+{
+  GLuint buffer = 0;
+  glGenBuffers(1, &buffer);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffer);
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)(triangle_count * sizeof *triangles), triangles, GL_STATIC_DRAW);
+}
+
+void gl_peer_scene(GlPeer *peer, const float (*positions)[3], size_t vertex_count, const uint32_t (*triangles)[3],
+                   size_t triangle_count)
+{
   glGenVertexArrays(1, &peer->array);
   glBindVertexArray(peer->array);
-  glGenBuffers(1, &peer->vertices);
-  glBindBuffer(GL_ARRAY_BUFFER, peer->vertices);
-  glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(2 * bytes), NULL, GL_STATIC_DRAW);
-  glBufferSubData(GL_ARRAY_BUFFER, 0, (GLsizeiptr)bytes, positions);
-  glBufferSubData(GL_ARRAY_BUFFER, (GLintptr)bytes, (GLsizeiptr)bytes, normals);
-  glGenBuffers(1, &peer->indices);
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, peer->indices);
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)(triangle_count * sizeof *triangles), triangles, GL_STATIC_DRAW);
-  glEnableVertexAttribArray(0);
-  glEnableVertexAttribArray(1);
-  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, NULL);
-  glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, 0, (const char *)NULL + bytes);
+  vertices_send(0, 3, positions, vertex_count);
+  triangles_send(triangles, triangle_count);
   peer->index_count = (GLsizei)(3 * triangle_count);
+}
+
+void gl_peer_surfaces(GlPeer *peer, const GlSurfaces *surfaces)
+{
+  glGenVertexArrays(1, &peer->surface_array);
+  memcpy(peer->ranges, surfaces->ranges, sizeof peer->ranges);
+  glBindVertexArray(peer->surface_array);
+  vertices_send(0, 3, surfaces->positions, surfaces->vertex_count);
+  vertices_send(1, 3, surfaces->normals, surfaces->vertex_count);
+  vertices_send(2, 2, surfaces->uvs, surfaces->vertex_count);
+  vertices_send(3, 1, surfaces->material_of_vertex, surfaces->vertex_count);
+  glVertexAttribIPointer(3, 1, GL_UNSIGNED_INT, 0, NULL);
+  glVertexAttrib4f(4, 1, 1, 1, 1);
+  if (surfaces->colors) vertices_send(4, 4, surfaces->colors, surfaces->vertex_count);
+  triangles_send(surfaces->triangles, surfaces->triangle_count);
+  glGenBuffers(1, &peer->materials);
+  glBindBuffer(GL_UNIFORM_BUFFER, peer->materials);
+  glBufferData(GL_UNIFORM_BUFFER, GL_PEER_MATERIALS * sizeof *surfaces->materials, NULL, GL_STATIC_DRAW);
+  glBufferSubData(GL_UNIFORM_BUFFER, 0, (GLsizeiptr)(surfaces->material_count * sizeof *surfaces->materials),
+                  surfaces->materials);
+  for (size_t i = 0; i < surfaces->texture_count; i++) {
+    const GlTexture *texture = &surfaces->textures[i];
+    GLint filter = texture->nearest ? GL_NEAREST : GL_LINEAR;
+    glGenTextures(1, &peer->textures[i]);
+    glBindTexture(GL_TEXTURE_2D, peer->textures[i]);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8_ALPHA8, (GLsizei)texture->width, (GLsizei)texture->height, 0, GL_RGBA,
+                 GL_UNSIGNED_BYTE, texture->texels);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
+  }
 }
 
 static GLuint texture_make(GLenum format, uint32_t width, uint32_t height)
@@ -216,10 +314,13 @@ static void target_need(Target *target, uint32_t width, uint32_t height, GLenum 
   exit(1);
 }
 
-// Whether depth is compared with what a lookup brings.
+// Whether depth is compared with what a lookup brings, in proportion among four texels.
 static void compare_set(GLuint depth, bool compared)
 {
+  GLint filter = compared ? GL_LINEAR : GL_NEAREST;
   glBindTexture(GL_TEXTURE_2D, depth);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, compared ? GL_COMPARE_REF_TO_TEXTURE : GL_NONE);
 }
 
@@ -228,7 +329,7 @@ static void matrix_set(GLuint program, const char *name, const GlView *view)
   glUniformMatrix4fv(glGetUniformLocation(program, name), 1, GL_FALSE, view->clip_from_world);
 }
 
-static void target_draw(GlPeer *peer, const Target *target)
+static void target_clear(const Target *target)
 {
   static const GLuint no_id[4] = {GL_PEER_NOTHING, 0, 0, 0};
   const GLfloat far_depth = 1;
@@ -236,16 +337,24 @@ static void target_draw(GlPeer *peer, const Target *target)
   glViewport(0, 0, (GLsizei)target->width, (GLsizei)target->height);
   glClearBufferfv(GL_DEPTH, 0, &far_depth);
   if (target->format == GL_R32UI) glClearBufferuiv(GL_COLOR, 0, no_id);
-  if (target->format == GL_RGBA8) glClear(GL_COLOR_BUFFER_BIT);
+  if (target->format == GL_RGBA16F) glClear(GL_COLOR_BUFFER_BIT);
+}
+
+static void target_draw(GlPeer *peer, const Target *target)
+{
+  target_clear(target);
   glDrawElements(GL_TRIANGLES, peer->index_count, GL_UNSIGNED_INT, NULL);
 }
 
-void gl_peer_depth_map(GlPeer *peer, uint32_t size_px, const GlView *view)
+void gl_peer_depth_map(GlPeer *peer, uint32_t size_px, const GlView *view, float slope_texels)
 {
   target_need(&peer->map, size_px, size_px, 0);
   glUseProgram(peer->depth_program);
   matrix_set(peer->depth_program, "clip_from_world", view);
+  if (slope_texels > 0) glEnable(GL_POLYGON_OFFSET_FILL);
+  glPolygonOffset(slope_texels, 1);
   target_draw(peer, &peer->map);
+  glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
 void gl_peer_cube(GlPeer *peer, uint32_t size_px, const GlView views[6])
@@ -266,18 +375,39 @@ void gl_peer_ids(GlPeer *peer, uint32_t width, uint32_t height, const GlView *vi
   target_draw(peer, &peer->camera);
 }
 
-void gl_peer_shaded(GlPeer *peer, uint32_t width, uint32_t height, const GlView *view, const GlView *light,
-                    const float light_position[3])
+// Draws the triangles of a range by the program for them.
+static void range_draw(GlPeer *peer, int range, const GlView *view, const float eye[3], const GlView *light,
+                       const GlSpot *spot)
 {
-  GLuint program = peer->shadowed_program;
-  target_need(&peer->camera, width, height, GL_RGBA8);
+  GLuint program = peer->surface_programs[range > 0];
+  GlRange draw = peer->ranges[range];
+  if (draw.count == 0) return;
   glUseProgram(program);
   matrix_set(program, "clip_from_world", view);
   matrix_set(program, "map_from_world", light);
-  glUniform3fv(glGetUniformLocation(program, "light_position"), 1, light_position);
+  glUniform3fv(glGetUniformLocation(program, "eye"), 1, eye);
+  glUniform3fv(glGetUniformLocation(program, "light_position"), 1, spot->position);
+  glUniform3fv(glGetUniformLocation(program, "light_direction"), 1, spot->direction);
+  glUniform3f(glGetUniformLocation(program, "light_numbers"), spot->candela, spot->scale, spot->offset);
   glUniform1f(glGetUniformLocation(program, "texel"), 1.0f / (float)peer->map.width);
+  glUniform1i(glGetUniformLocation(program, "image"), 1);
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D, range > 0 ? peer->textures[range - 1] : 0);
+  glActiveTexture(GL_TEXTURE0);
+  glDrawElements(GL_TRIANGLES, (GLsizei)(3 * draw.count), GL_UNSIGNED_INT,
+                 (const char *)NULL + 3 * draw.first * sizeof(uint32_t));
+}
+
+void gl_peer_shaded(GlPeer *peer, uint32_t width, uint32_t height, const GlView *view, const float eye[3],
+                    const GlView *light, const GlSpot *spot)
+{
+  target_need(&peer->camera, width, height, GL_RGBA16F);
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, peer->materials);
+  glBindVertexArray(peer->surface_array);
   compare_set(peer->map.depth, true);
-  target_draw(peer, &peer->camera);
+  target_clear(&peer->camera);
+  for (int range = 0; range <= GL_PEER_TEXTURES; range++) range_draw(peer, range, view, eye, light, spot);
+  glBindVertexArray(peer->array);
 }
 
 void gl_peer_finish(GlPeer *peer) { glFinish(); }
@@ -314,4 +444,10 @@ void gl_peer_read_ids(GlPeer *peer, uint32_t *ids, float *depth)
   glBindFramebuffer(GL_FRAMEBUFFER, peer->camera.framebuffer);
   words_read(peer->camera.width, peer->camera.height, ids);
   depth_read(peer, &peer->camera, depth);
+}
+
+void gl_peer_read_shaded(GlPeer *peer, float (*radiance)[4])
+{
+  glBindFramebuffer(GL_FRAMEBUFFER, peer->camera.framebuffer);
+  glReadPixels(0, 0, (GLsizei)peer->camera.width, (GLsizei)peer->camera.height, GL_RGBA, GL_FLOAT, radiance);
 }
