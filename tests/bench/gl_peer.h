@@ -76,9 +76,9 @@ void gl_peer_depth_map(GlPeer *peer, uint32_t size_px, const GlView *view, float
 void gl_peer_cube(GlPeer *peer, uint32_t size_px, const GlView views[6]);
 void gl_peer_ids(GlPeer *peer, uint32_t width, uint32_t height, const GlView *view);
 
-// The picture by glTF's BRDF in RGBA of 16-bit floats: linear radiance, every side of a triangle seen; 3 x 3 compares of
-// the depth map, each of them linear among four texels: a texel that the kernel covers in part counts in part. The map
-// must have been drawn before.
+// The picture by glTF's BRDF in RGBA of 16-bit floats: linear radiance, every side of a triangle seen; 3 x 3 compares
+// of the depth map, each of them linear among four texels: a texel that the kernel covers in part counts in part. The
+// map must have been drawn before.
 void gl_peer_shaded(GlPeer *peer, uint32_t width, uint32_t height, const GlView *view, const float eye[3],
                     const GlView *light, const GlSpot *spot);
 
