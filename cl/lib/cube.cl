@@ -69,3 +69,25 @@ static inline bool hull_holds(global const float *hull, CubePlace place, float c
   float surface = most < CUBE_NO_HULL ? above + (below - above) * place.down : least;
   return closeness > surface * (1 + slack);
 }
+
+// A ray relative to a cube's centre.
+typedef struct CubeRay {
+  float3 origin, direction;  // the direction is of unit length
+} CubeRay;
+
+// The direction in which a ray leaves the cube's box. False where it starts outside.
+static inline bool box_direction(float3 *out, global const CubeInfo *cube, CubeRay ray)
+{
+  float3 low = (float3)(cube->low.x, cube->low.y, cube->low.z);
+  float3 high = (float3)(cube->high.x, cube->high.y, cube->high.z);
+  if (any(ray.origin < low) || any(ray.origin > high)) return false;
+  float3 wall = (float3)(ray.direction.x > 0 ? high.x : low.x, ray.direction.y > 0 ? high.y : low.y,
+                         ray.direction.z > 0 ? high.z : low.z);
+  float3 t = (wall - ray.origin) / ray.direction;
+  float nearest = INFINITY;  // t of a component that does not move is infinite, or no number
+  nearest = t.x < nearest ? t.x : nearest;
+  nearest = t.y < nearest ? t.y : nearest;
+  nearest = t.z < nearest ? t.z : nearest;
+  *out = nearest < INFINITY ? ray.origin + nearest * ray.direction : ray.direction;
+  return dot(*out, *out) > 0;
+}

@@ -186,8 +186,10 @@ static inline Packet packet_load(global const float *rays, uint capacity, uint f
   return p;
 }
 
-static inline void packet_trace(Packet *p, global const Bvh2Node *nodes, global const BvhTriangle *triangles,
-                                bool any_hit, bool culls, const AttributeSources *attributes)
+// Traces the lanes of `waiting`.
+static inline void packet_trace_lanes(Packet *p, IntL waiting, global const Bvh2Node *nodes,
+                                      global const BvhTriangle *triangles, bool any_hit, bool culls,
+                                      const AttributeSources *attributes)
 {
   // The sign of the inverse, not of the direction: that of -0 counts.
   FloatL zero = FLOATL(0);
@@ -195,11 +197,16 @@ static inline void packet_trace(Packet *p, global const Bvh2Node *nodes, global 
       LANE_AS_UINT((p->slab[0].inverse < zero ? INTL(1) : INTL(0)) | (p->slab[1].inverse < zero ? INTL(2) : INTL(0)) |
                    (p->slab[2].inverse < zero ? INTL(4) : INTL(0)));
   UintL key = octant | dominant_axis(p->direction) << 3;
-  IntL waiting = p->t_max > FLOATL(0);
   for (uint bits = lane_bits(waiting); bits; bits = lane_bits(waiting)) {
     uint lead = LANE_UINT(key, lowest_bit(bits));
     IntL group = waiting & (key == UINTL(lead));
     packet_walk(p, group, lead & 7, lead >> 3, nodes, triangles, any_hit, culls, attributes);
     waiting = waiting & !group;
   }
+}
+
+static inline void packet_trace(Packet *p, global const Bvh2Node *nodes, global const BvhTriangle *triangles,
+                                bool any_hit, bool culls, const AttributeSources *attributes)
+{
+  packet_trace_lanes(p, p->t_max > FLOATL(0), nodes, triangles, any_hit, culls, attributes);
 }

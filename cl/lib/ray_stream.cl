@@ -61,17 +61,17 @@ static inline uint place_take(global uint *count)
 #endif
 
 // Appends the lanes of `mask` to a stream, packed, in lane order; `density` goes to RAY_DENSITY where `has_density`
-// (or what else that field holds).
-static inline void stream_append_path(IntL mask, Vec3L origin, Vec3L direction, FloatL t_max, Vec3L weight, UintL slot,
+// (or what else that field holds). Returns where the first of them went.
+static inline uint stream_append_path(IntL mask, Vec3L origin, Vec3L direction, FloatL t_max, Vec3L weight, UintL slot,
                                       bool has_density, FloatL density, global float *rays, uint capacity,
                                       global uint *slots, global uint *count)
 {
   uint bits = lane_bits(mask);
-  if (!bits) return;
+  if (!bits) return 0;
 #if LANES == 1
-  uint at = place_take(count);
+  uint at = place_take(count), place = at;
 #else
-  uint at = atomic_add(count, (uint)popcount(bits));
+  uint at = atomic_add(count, (uint)popcount(bits)), place = at;
   if (popcount(bits) == LANES) {
     stream_store3(origin, rays, capacity, RAY_ORIGIN_X, at);
     stream_store3(direction, rays, capacity, RAY_DIRECTION_X, at);
@@ -79,7 +79,7 @@ static inline void stream_append_path(IntL mask, Vec3L origin, Vec3L direction, 
     stream_store3(weight, rays, capacity, RAY_WEIGHT_R, at);
     if (has_density) LANE_STORE(density, rays + RAY_DENSITY * capacity, at);
     LANE_STORE(slot, slots, at);
-    return;
+    return place;
   }
 #endif
   for (; bits; bits &= bits - 1, at++) {
@@ -97,6 +97,7 @@ static inline void stream_append_path(IntL mask, Vec3L origin, Vec3L direction, 
     if (has_density) rays[RAY_DENSITY * capacity + at] = LANE_FLOAT(density, lane);
     slots[at] = LANE_UINT(slot, lane);
   }
+  return place;
 }
 
 // The same without a density.
