@@ -15,10 +15,8 @@
 //   Fails where something touches a surface that is left out (within 1e-6 of its distance): it is passed too. What a
 //         BLEND surface lets through has the closeness of the surface.
 
+#include "lib/capture.cl"
 #include "lib/object.cl"
-#include "lib/ray_stream.cl"
-#include "lib/tile.cl"
-#include "shared/cube.h"
 
 // Tiles across and down the tall picture.
 static inline uint2 cube_tiles(constant CubeInfo *cube)
@@ -45,17 +43,7 @@ kernel void cube_rays(constant CubeInfo *cube, uint first_tile, uint tile_count,
     float3 direction = texel_direction(cube, tile_pixel(tile, slot % TILE_PIXELS, cube_tiles(cube)));
     float3 origin = (float3)(cube->center.x, cube->center.y, cube->center.z) + direction * inward_m;
     if (inward_m > 0) direction = -direction;
-    rays[RAY_ORIGIN_X * capacity + slot] = origin.x;
-    rays[RAY_ORIGIN_Y * capacity + slot] = origin.y;
-    rays[RAY_ORIGIN_Z * capacity + slot] = origin.z;
-    rays[RAY_DIRECTION_X * capacity + slot] = direction.x;
-    rays[RAY_DIRECTION_Y * capacity + slot] = direction.y;
-    rays[RAY_DIRECTION_Z * capacity + slot] = direction.z;
-    rays[RAY_T_MAX * capacity + slot] = inward_m > 0 ? inward_m : INFINITY;
-    rays[RAY_WEIGHT_R * capacity + slot] = 1;
-    rays[RAY_WEIGHT_G * capacity + slot] = 1;
-    rays[RAY_WEIGHT_B * capacity + slot] = 1;
-    slots[slot] = slot;
+    capture_ray_store(origin, direction, inward_m > 0 ? inward_m : INFINITY, rays, capacity, slots, slot);
   }
 }
 
@@ -126,14 +114,5 @@ kernel void cube_hull(constant CubeInfo *cube, uint first_tile, uint pixel_count
 
 kernel void cube_cells(constant CubeInfo *cube, global const float4 *texels, global float *cells)
 {
-  int size = (int)cube->size, across = size / CUBE_CELL, count = CUBE_FACES * across * across;
-  int begin = (int)(get_global_id(0) * RAYS_PER_ITEM), end = min(begin + RAYS_PER_ITEM, count);
-  for (int i = begin; i < end; i++) {
-    int face = i / (across * across), x = i % across * CUBE_CELL, y = i / across % across * CUBE_CELL;
-    float most = 0;
-    for (int row = max(y - CUBE_STRIDE, 0); row < min(y + CUBE_CELL + CUBE_STRIDE, size); row++)
-      for (int column = max(x - CUBE_STRIDE, 0); column < min(x + CUBE_CELL + CUBE_STRIDE, size); column++)
-        most = max(most, texels[cube->first_texel + (uint)((face * size + row) * size + column)].w);
-    cells[cube->first_texel / (CUBE_CELL * CUBE_CELL) + (uint)i] = most;
-  }
+  cells_fill(cube->first_texel, (int)cube->size, CUBE_FACES, texels, cells);
 }

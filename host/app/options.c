@@ -81,6 +81,15 @@ static Status read_cube_size(void *field, const Option *option, const char *text
   return size_read(field, option, text, 8, "a multiple of 8", log);
 }
 
+static Status read_near_radius(void *field, const Option *option, const char *text, Log *log)
+{
+  *(float *)field = 0;
+  if (strcmp(text, "auto") == 0) return STATUS_OK;
+  Status status = option_read_float(field, option, text, log);
+  if (!status && !(*(float *)field > 0)) status = option_fail(log, option, text, "metres above 0, or auto");
+  return status;
+}
+
 static Status read_reflections(void *field, const Option *option, const char *text, Log *log)
 {
   int index = 0;
@@ -145,7 +154,7 @@ static Status read_verify(void *field, const Option *option, const char *text, L
 }
 
 #define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
-#define REFLECTIONS WORDS("none", "environment", "cube", "box", "impostor", "rays")
+#define REFLECTIONS WORDS("none", "environment", "cube", "box", "impostor", "snapshot", "candidates", "mixed", "rays")
 #define FIELD(name) .field = offsetof(RenderOptions, name)
 
 static const Option render_options[] = {
@@ -213,11 +222,15 @@ static const Option render_options[] = {
     {"light-angle", 0, "DEGREES", option_read_radians, FIELD(settings.shadow_options.light_angle_rad), .high = 45,
      .help = "half of what a directional light subtends, for pcss and\narea (0; the sun has 0.27)"},
     {"reflections", 0, "METHOD", read_reflections, FIELD(settings.reflections), .words = REFLECTIONS,
-     .help = "what mirrors show: none, environment, cube, box, impostor, or\nrays (rays)"},
+     .help = "what mirrors show: none, environment, cube, box, impostor,\nsnapshot, candidates, mixed, or rays (rays)"},
     {"deep-reflections", 0, "METHOD", read_reflections, FIELD(settings.deep_reflections), .words = REFLECTIONS,
-     .help = "what mirrors in mirrors show: none, environment, cube, box,\nimpostor, or rays (as --reflections)"},
+     .help = "what mirrors in mirrors show: the same (as --reflections)"},
     {"cube-size", 0, "N", read_cube_size, FIELD(settings.cubes.size_px), .low = 8, .high = 2048,
      .help = "texels a side of cube maps, or auto: as pixels of the\nreflector (auto)"},
+    {"near-radius", 0, "M", read_near_radius, FIELD(settings.cubes.near_radius_m), .high = 1e9,
+     .help = "what is so near a cube map's centre, in metres, is listed by\nsnapshot, candidates and mixed; or auto: by parallax (auto)"},
+    {"snapshot-from", 0, "N", option_read_u32, FIELD(settings.cubes.complex_from), .low = 1, .high = UINT32_MAX,
+     .help = "triangles from which mixed takes a snapshot of an object (4096)"},
     {"environment-light", 0, "METHOD", option_read_word, FIELD(settings.environment_light),
      .words = WORDS("auto", "none", "ambient", "sh", "sh-ao", "sampled"),
      .help =

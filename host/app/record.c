@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "app/app.h"
+#include "app/near_record.h"
 #include "report/profile.h"
 
 static const char *base_name(const char *path)
@@ -65,9 +66,12 @@ static void shadows_record(FILE *stream, const Plan *plan)
 // What is not as it would be without it.
 static void reflections_record(FILE *stream, const RenderSettings *settings)
 {
+  const CubeOptions *cubes = &settings->cubes;
   if (settings->deep_reflections != REFLECTIONS_LIKE_FIRST && settings->deep_reflections != settings->reflections)
     fprintf(stream, " --deep-reflections %s", reflections_name(settings->deep_reflections));
-  if (settings->cubes.size_px) fprintf(stream, " --cube-size %u", settings->cubes.size_px);
+  if (cubes->size_px) fprintf(stream, " --cube-size %u", cubes->size_px);
+  if (cubes->near_radius_m > 0) fprintf(stream, " --near-radius %g", (double)cubes->near_radius_m);
+  if (cubes->complex_from) fprintf(stream, " --snapshot-from %u", cubes->complex_from);
 }
 
 Status record_make(char **out, const RenderOptions *options, const Plan *plan, const Camera *camera, float exposure_ev,
@@ -141,10 +145,14 @@ static json_t *reflection_maps_json(const Frame *frame)
 {
   const ReflectorSummary *reflectors = &frame->reflectors;
   const CubeReflect *maps = &frame->cube_reflect;
-  return json_pack("{s:i, s:i, s:i, s:[i,i], s:I, s:I, s:I}", "cubes", (int)maps->cube_count, "reflectors",
-                   (int)reflectors->visible, "left_out", (int)reflectors->left_out, "size", (int)reflectors->least_px,
-                   (int)reflectors->greatest_px, "bytes", (json_int_t)reflectors->bytes, "rays",
-                   (json_int_t)maps->looked_up, "traced", (json_int_t)maps->left);
+  const NearReflect *near = &frame->near_reflect;
+  json_t *out = json_pack("{s:i, s:i, s:i, s:[i,i], s:I, s:I, s:I}", "cubes", (int)maps->cube_count, "reflectors",
+                          (int)reflectors->visible, "left_out", (int)reflectors->left_out, "size",
+                          (int)reflectors->least_px, (int)reflectors->greatest_px, "bytes",
+                          (json_int_t)reflectors->bytes, "rays", (json_int_t)(maps->looked_up + near->looked_up),
+                          "traced", (json_int_t)(maps->left + near->totals[NEAR_LEFT]));
+  if (out && near->cube_count) json_object_set_new(out, "near", near_objects_json(frame));
+  return out;
 }
 
 json_t *record_stats(const RecordSources *sources)

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "accel/bvh.h"
 #include "base/clock.h"
+#include "device_scene/part_bvh.h"
 
 // The root's box.
 static void bvh2_bounds(DeviceScene *out, const Bvh2 *bvh)
@@ -29,18 +29,8 @@ static Status bvh_upload(DeviceScene *out, Device *device, const FlatScene *flat
   Status status = STATUS_OK;
   Bvh2 bvh2 = {0};
   Bvh8 bvh8 = {0};
-  // TriangleCorners is a triple of indices and a material: the builder takes the triples alone.
-  uint32_t(*triples)[3] = malloc(((size_t)flat->triangle_count + 1) * sizeof *triples);
-  if (!triples) return log_no_memory(log, "BVH");
-  for (uint32_t i = 0; i < flat->triangle_count; i++) memcpy(triples[i], flat->corners[i].vertex, sizeof triples[i]);
-  TriangleSoup soup = {.positions = (const float(*)[3])flat->positions,
-                       .triangles = (const uint32_t(*)[3])triples,
-                       .flags = flat->flags,
-                       .vertex_count = flat->vertex_count,
-                       .triangle_count = flat->triangle_count};
-  BvhOptions options = {.max_leaf = 4, .traversal_cost = 1};
   double begin_ms = clock_ms();
-  TRY(bvh2_build(&bvh2, &soup, &options, log));
+  TRY(flat_bvh_make(&bvh2, flat, log));
   bvh2_bounds(out, &bvh2);
   if (device_traits(device)->wide_bvh) TRY(bvh8_from_bvh2(&bvh8, &bvh2, log));
   if (timeline) timeline_end(timeline, "build the BVH", begin_ms);
@@ -57,7 +47,6 @@ static Status bvh_upload(DeviceScene *out, Device *device, const FlatScene *flat
   if (timeline) timeline_end(timeline, "upload the BVH", begin_ms);
 
 done:
-  free(triples);
   bvh2_free(&bvh2);
   bvh8_free(&bvh8);
   return status;

@@ -16,6 +16,8 @@ double cube_parallax_most_rad(double offset_m, double distance_m)
   return cube_parallax_rad(&(CubeSight){offset_m, distance_m, M_PI / 2});
 }
 
+double cube_near_radius_m(double offset_m, double most_rad) { return offset_m / sin(fmin(most_rad, M_PI / 2)); }
+
 double cube_texel_rad(uint32_t size_px) { return 2 * atan(1.0 / (size_px - 1.0)); }
 
 double reflected_change_rad(const ReflectorView *view)

@@ -44,6 +44,14 @@ double cube_parallax_rad(const CubeSight *sight);
 // The same where phi is not known.
 double cube_parallax_most_rad(double offset_m, double distance_m);
 
+// The radius about the cube's centre outside of which that is no more than `most_rad` (up to pi / 2).
+double cube_near_radius_m(double offset_m, double most_rad);
+
+// The parallax that is put up with in `auto`: what is nearer is listed by the methods that can. The cube's distances
+// correct the parallax of what it sees; this bounds what it does not see: the sides that only the reflector's own
+// points do.
+#define CUBE_NEAR_PARALLAX_RAD 0.35
+
 // Greatest angle between two neighbouring texels, at the middle of a face: an edge may lie anywhere between them.
 double cube_texel_rad(uint32_t size_px);
 

@@ -38,18 +38,29 @@ typedef enum ReflectionMethod {
   REFLECTIONS_CUBE,         // a cube map about each visible reflector, as if infinitely far away
   REFLECTIONS_BOX,          // the same as if on the walls of the scene's box
   REFLECTIONS_IMPOSTOR,     // the same at the distances that the cube map keeps
+  // The same for what is far; what is near the reflector is left out of the cube map and kept in a list
+  // (plan/near_list.h): photographed from the cube's centre, object by object, and found in these pictures;
+  REFLECTIONS_SNAPSHOT,
+  REFLECTIONS_CANDIDATES,  // traced, it and the reflector alone;
+  REFLECTIONS_MIXED,       // or photographed if it has many triangles, and traced if it has few: the 2007 system's
   REFLECTIONS_RAYS,
 } ReflectionMethod;
 
 static inline bool reflections_use_cubes(ReflectionMethod method)
 {
-  return method >= REFLECTIONS_CUBE && method <= REFLECTIONS_IMPOSTOR;
+  return method >= REFLECTIONS_CUBE && method <= REFLECTIONS_MIXED;
+}
+
+// Are there lists of what is near the cubes' centres?
+static inline bool reflections_use_lists(ReflectionMethod method)
+{
+  return method >= REFLECTIONS_SNAPSHOT && method <= REFLECTIONS_MIXED;
 }
 
 // Are there maps that answer reflected rays?
 static inline bool reflections_use_maps(ReflectionMethod method)
 {
-  return method >= REFLECTIONS_ENVIRONMENT && method <= REFLECTIONS_IMPOSTOR;
+  return method >= REFLECTIONS_ENVIRONMENT && method <= REFLECTIONS_MIXED;
 }
 
 // "none", "environment", ...
@@ -59,6 +70,9 @@ const char *reflections_name(ReflectionMethod method);
 typedef struct CubeOptions {
   uint32_t size_px;    // texels a side of a face, a multiple of 8; 0: by what the reflector shows on screen
   uint64_t max_bytes;  // that all of them may take; 0: a quarter of the device's memory, at most 512 MB
+  // What is so near a cube's centre is listed (plan/near_list.h); 0: by plan/cube_error.h.
+  float near_radius_m;
+  uint32_t complex_from;  // triangles from which MIXED photographs an object; 0: COMPLEX_FROM_TRIANGLES
 } CubeOptions;
 
 // Who chooses a method that is not named: the plan, or it is always the most accurate one.
@@ -147,6 +161,12 @@ static inline bool plan_uses_shadow_maps(const Plan *plan)
 static inline bool plan_uses_cubes(const Plan *plan)
 {
   return reflections_use_cubes(plan->reflections) || reflections_use_cubes(plan->deep_reflections);
+}
+
+// Is what is near reflectors listed? It is then at every bounce that asks cube maps, for it is not in these.
+static inline bool plan_uses_lists(const Plan *plan)
+{
+  return reflections_use_lists(plan->reflections) || reflections_use_lists(plan->deep_reflections);
 }
 
 // What answers rays that have been reflected `depth` times, 1 being the first.

@@ -206,6 +206,14 @@ static Status first_hits_find(Frame *frame, const Wave *wave, const Bounce *boun
 {
   Status status = STATUS_OK;
   Device *device = frame->device;
+  if (frame->photographing) {
+    RayStream *spare = &frame->no_rays;
+    TRY(stream_take(&spare, frame, true, log));
+    TRY(snapshot_capture_trace(&frame->snapshot_capture, &frame->tracer, device, wave, bounce->rays, &frame->hits, spare,
+                               &frame->near_reflect, log));
+    stream_give_back(frame, spare);
+    return STATUS_OK;
+  }
   if (frame->capturing) {
     RayStream *spare[2] = {&frame->no_rays, &frame->no_rays};
     for (int i = 0; i < 2; i++) TRY(stream_take(&spare[i], frame, true, log));
@@ -224,18 +232,60 @@ done:
   return status;
 }
 
+// Reflected rays that have met something of a list, whose hits are frame->near_reflect's.
+typedef struct Listed {
+  RayStream *rays;
+  uint32_t count;
+} Listed;
+
+// The same where what is near the cubes is listed.
+static Status reflections_look_near(Frame *frame, const Bounce *bounce, ReflectionMethod method, RayStream *left,
+                                    uint32_t *left_count, Listed *listed, Log *log)
+{
+  Status status = STATUS_OK;
+  TRY(stream_take(&listed->rays, frame, true, log));
+  const NearStreams streams = {bounce->rays, left, listed->rays, &frame->radiance};
+  TRY(near_reflect(&frame->near_reflect, &frame->cube_reflect, frame->device, frame->scene, method,
+                   bounce->depth > 1 ? least_weight : 0, &streams, bounce->count, left_count, &listed->count, log));
+
+done:
+  return status;
+}
+
 // Answers reflected rays by maps, as far as the method for their depth has any; what is left takes the bounce's place.
-static Status reflections_look_up(Frame *frame, Bounce *bounce, Log *log)
+static Status reflections_look_up(Frame *frame, Bounce *bounce, Listed *listed, Log *log)
 {
   Status status = STATUS_OK;
   ReflectionMethod method = reflections_of(frame, bounce->depth);
   RayStream *left;
+  *listed = (Listed){&frame->no_rays, 0};
   if (!bounce->reflected || !reflections_use_maps(method)) return STATUS_OK;
   TRY(stream_take(&left, frame, true, log));
-  TRY(cube_reflect(&frame->cube_reflect, frame->device, frame->scene, method, bounce->rays, bounce->count,
-                   &frame->radiance, left, &bounce->count, log));
+  if (frame->near_reflect.cube_count > 0 && reflections_use_cubes(method))
+    TRY(reflections_look_near(frame, bounce, method, left, &bounce->count, listed, log));
+  else
+    TRY(cube_reflect(&frame->cube_reflect, frame->device, frame->scene, method, bounce->rays, bounce->count,
+                     &frame->radiance, left, &bounce->count, log));
   stream_give_back(frame, bounce->rays);
   bounce->rays = left;
+
+done:
+  return status;
+}
+
+// What a bounce's rays hit, those of a list among them.
+static Status hits_find(Frame *frame, const Wave *wave, Bounce *bounce, const Listed *listed, Coherence coherence,
+                        Log *log)
+{
+  Status status = STATUS_OK;
+  if (bounce->first) return first_hits_find(frame, wave, bounce, log);
+  if (bounce->count > 0)
+    TRY(trace_closest(&frame->tracer, frame->device, frame->scene, bounce->rays, bounce->count, 0, &frame->hits,
+                      coherence, bounce->depth ? "trace reflected rays" : "trace transmitted rays", log));
+  TRY(near_join(&frame->near_reflect, frame->device, listed->rays, listed->count, bounce->rays, &frame->hits,
+                bounce->count, log));
+  bounce->count += listed->count;
+  stream_give_back(frame, listed->rays);
 
 done:
   return status;
@@ -249,9 +299,11 @@ Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounc
   const FrameRequest *request = &frame->request;
   Bounce own = *waited;
   const Bounce *bounce = &own;
-  TRY(reflections_look_up(frame, &own, log));
-  if (bounce->count == 0) {
+  Listed listed;
+  TRY(reflections_look_up(frame, &own, &listed, log));
+  if (bounce->count + listed.count == 0) {
     stream_give_back(frame, bounce->rays);
+    stream_give_back(frame, listed.rays);
     return STATUS_OK;
   }
   uint32_t coherent_bounces = request->plan.max_roughness > 0 ? 1 : COHERENT_BOUNCES;
@@ -262,11 +314,7 @@ Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounc
   TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
   ShadeStreams streams = {bounce->rays, &frame->hits,     &frame->shadow,      reflected,
                           transmitted,  &frame->radiance, &frame->shadow_maps, &frame->camera};
-  if (bounce->first)
-    TRY(first_hits_find(frame, wave, bounce, log));
-  else
-    TRY(trace_closest(&frame->tracer, device, frame->scene, bounce->rays, bounce->count, 0, &frame->hits, coherence,
-                      bounce->depth ? "trace reflected rays" : "trace transmitted rays", log));
+  TRY(hits_find(frame, wave, &own, &listed, coherence, log));
   if (bounce->first && request->aovs & AOV_SET_SURFACE)
     TRY(film_aov(&frame->film, device, frame->scene, &frame->camera, wave, bounce->rays, &frame->hits, log));
   if (bounce->first && request->aovs & AOV_SET_SHADOW) TRY(aov_shadow(frame, &streams, wave, bounce, log));

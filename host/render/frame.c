@@ -116,6 +116,9 @@ void frame_free(Frame *frame)
   raster_scene_free(&frame->raster_scene);
   cube_reflect_free(&frame->cube_reflect);
   cube_capture_free(&frame->cube_capture);
+  near_objects_free(&frame->near_objects);
+  near_reflect_free(&frame->near_reflect);
+  snapshot_capture_free(&frame->snapshot_capture);
   tracer_free(&frame->tracer);
   shader_free(&frame->shader);
   film_free(&frame->film);
@@ -142,7 +145,9 @@ Status frame_render_wave(Frame *frame, const Wave *wave, Log *log)
   bool direct_pending = frame->request.aovs & AOV_SET_REFLECTION;
   memset(frame->taken, 0, sizeof frame->taken);
   TRY(stream_take(&bounce.rays, frame, !bounce.from_camera, log));
-  if (frame->capturing)
+  if (frame->photographing)
+    TRY(snapshot_capture_rays(&frame->snapshot_capture, frame->device, wave, bounce.rays, log));
+  else if (frame->capturing)
     TRY(cube_capture_rays(&frame->cube_capture, frame->device, wave, 0, bounce.rays, log));
   else if (!bounce.from_camera)
     TRY(camera_rays_generate(&frame->camera, frame->device, wave, bounce.rays, log));

@@ -13,6 +13,7 @@
 #include "passes/shadow_maps.h"
 #include "passes/trace.h"
 #include "plan/plan.h"
+#include "render/near_objects.h"
 
 typedef enum AovSet {
   AOV_SET_NONE = 0,
@@ -65,6 +66,10 @@ typedef struct Frame {
   CubeReflect cube_reflect;  // where maps answer reflected rays
   CubeCapture cube_capture;  // while cube maps are drawn
   bool capturing;            // a wave is one of a cube map's faces, without AOVs
+  NearObjects near_objects;  // where lists answer them, as `near_reflect`
+  NearReflect near_reflect;
+  SnapshotCapture snapshot_capture;  // while snapshots are taken
+  bool photographing;                // a wave is one of a snapshot
   ReflectorSummary reflectors;
   Tracer tracer;
   Shader shader;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "render/bounce.h"
+#include "render/capture_waves.h"
 #include "shared/stream.h"
 
 typedef struct Reflector {
@@ -128,7 +129,8 @@ static CubeInfo cube_fit(const DeviceScene *scene, uint32_t object, uint32_t siz
 // Is a cube marched through?
 static bool marches(const Plan *plan)
 {
-  return plan->reflections == REFLECTIONS_IMPOSTOR || plan->deep_reflections == REFLECTIONS_IMPOSTOR;
+  return plan->reflections == REFLECTIONS_IMPOSTOR || plan->deep_reflections == REFLECTIONS_IMPOSTOR ||
+         plan_uses_lists(plan);
 }
 
 // Cubes of the reflectors that fit, largest first. Returns their number.
@@ -136,7 +138,7 @@ static uint32_t cubes_fit(CubeInfo *cubes, uint32_t *cube_of_object, Frame *fram
                           uint32_t count, uint32_t factor, Log *log)
 {
   const CubeOptions *options = &frame->request.plan.cubes;
-  const uint64_t most = device_budget(frame->device, options->max_bytes, 512000000);
+  const uint64_t most = device_budget(frame->device, options->max_bytes, CUBES_MOST_BYTES);
   ReflectorSummary *summary = &frame->reflectors;
   const uint64_t texel_bytes = sizeof(Float4) + (marches(&frame->request.plan) ? sizeof(float) : 0);
   uint32_t kept = 0;
@@ -176,27 +178,10 @@ static Plan plan_of_capture(const Plan *plan)
   return capture;
 }
 
-static Status cube_draw(Frame *frame, const CubeInfo *cube, uint32_t samples, Log *log)
+static Status cube_keep(Frame *frame, const Wave *wave, float share, Log *log)
 {
-  Status status = STATUS_OK;
-  CameraInfo *picture = &frame->camera.info;
-  picture->width = cube->size;
-  picture->height = CUBE_FACES * cube->size;
-  picture->crop_x = picture->crop_y = 0;
-  picture->tiles_per_row = cube->size / TILE_SIZE;
-  uint32_t tiles = picture->tiles_per_row * (picture->height / TILE_SIZE);
-  uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
-  uint32_t wave_samples = smaller(samples, frame->capacity / (wave_tiles * TILE_PIXELS));
-  for (uint32_t sample = 0; sample < samples; sample += wave_samples)
-    for (uint32_t tile = 0; tile < tiles; tile += wave_tiles) {
-      Wave wave = {tile, smaller(wave_tiles, tiles - tile), sample, smaller(wave_samples, samples - sample)};
-      TRY(frame_render_wave(frame, &wave, log));
-      TRY(cube_capture_keep(&frame->cube_capture, frame->device, &wave, 1.0f / (float)samples, &frame->radiance,
-                            &frame->cube_reflect.texels, log));
-    }
-
-done:
-  return status;
+  return cube_capture_keep(&frame->cube_capture, frame->device, wave, share, &frame->radiance,
+                           &frame->cube_reflect.texels, log);
 }
 
 // The reflector's own outermost surface, by rays from beyond it.
@@ -240,7 +225,8 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
   bool by_chance = request.plan.environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
                    request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO || request.plan.shadows == SHADOWS_AREA ||
                    request.plan.max_roughness > 0;
-  const bool marched = marches(&request.plan);
+  const bool marched = marches(&request.plan), lists = plan_uses_lists(&request.plan);
+  const uint32_t samples = by_chance ? smaller(request.samples, SAMPLES_MOST) : 1;
   uint32_t *left_out = calloc((size_t)objects + 1, sizeof *left_out);
   if (!left_out) return log_no_memory(log, "cube maps");
   frame->capturing = true;
@@ -251,15 +237,18 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
   TRY(cube_capture_make(&frame->cube_capture, frame->device, frame->scene, frame->capacity, log));
   for (uint32_t i = 0; i < count; i++) {
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object == cubes[i].object;
+    near_objects_mark(&frame->near_objects, i, left_out);
     TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], left_out, log));
-    TRY(cube_draw(frame, &cubes[i], by_chance ? smaller(request.samples, SAMPLES_MOST) : 1, log));
+    TRY(capture_waves(frame, cubes[i].size, CUBE_FACES * cubes[i].size, samples, cube_keep, log));
     if (!marched) continue;
+    TRY(cube_capture_cells(&frame->cube_capture, frame->device, cubes[i].size, &frame->cube_reflect.texels,
+                           &frame->cube_reflect.cells, log));
+    if (lists) continue;  // the reflector itself is traced
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object != cubes[i].object;
     TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], left_out, log));
     TRY(hull_draw(frame, &cubes[i], log));
-    TRY(cube_capture_cells(&frame->cube_capture, frame->device, cubes[i].size, &frame->cube_reflect.texels,
-                           &frame->cube_reflect.cells, log));
   }
+  if (lists) TRY(near_objects_draw(frame, cubes, samples, log));
   TRY(device_finish(frame->device, log));
 
 done:
@@ -296,6 +285,12 @@ Status reflectors_prepare(Frame *frame, Log *log)
       if (pixels[i]) reflectors[count++] = (Reflector){i, pixels[i]};
     qsort(reflectors, count, sizeof *reflectors, reflector_compare);
     kept = cubes_fit(cubes, cube_of_object, frame, reflectors, count, factor, log);
+  }
+  if (kept && plan_uses_lists(plan)) {
+    uint64_t most = device_budget(frame->device, plan->cubes.max_bytes, CUBES_MOST_BYTES);
+    TRY(near_objects_list(&frame->near_objects, frame, cubes, kept, cube_of_object, most - frame->reflectors.bytes,
+                          log));
+    TRY(near_objects_make(frame, cubes, log));
   }
   TRY(cube_reflect_make(&frame->cube_reflect, frame->device, frame->scene, cubes, kept, cube_of_object, marches(plan),
                         log));

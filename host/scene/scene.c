@@ -63,11 +63,16 @@ void scene_free(Scene *scene)
 uint64_t scene_triangle_count(const Scene *scene)
 {
   uint64_t count = 0;
-  for (uint32_t o = 0; o < scene->object_count; o++) {
-    const Mesh *mesh = &scene->meshes[scene->objects[o].mesh];
-    for (uint32_t p = 0; p < mesh->primitive_count; p++) count += mesh->primitives[p].triangle_count;
-  }
+  for (uint32_t o = 0; o < scene->object_count; o++) count += scene_object_triangles(scene, o);
   return count;
+}
+
+uint32_t scene_object_triangles(const Scene *scene, uint32_t object)
+{
+  const Mesh *mesh = &scene->meshes[scene->objects[object].mesh];
+  uint64_t count = 0;
+  for (uint32_t p = 0; p < mesh->primitive_count; p++) count += mesh->primitives[p].triangle_count;
+  return count > UINT32_MAX ? UINT32_MAX : (uint32_t)count;
 }
 
 // Widens the box by the triangles of a primitive; vertices that no triangle uses do not count.

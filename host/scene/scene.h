@@ -133,6 +133,9 @@ Material material_default(void);
 // Triangles drawn: the sum over objects.
 uint64_t scene_triangle_count(const Scene *scene);
 
+// Those of one object, at most UINT32_MAX.
+uint32_t scene_object_triangles(const Scene *scene, uint32_t object);
+
 // Bounds of one object, world space; false (and an untouched box) for one that draws nothing.
 bool scene_object_bounds(const Scene *scene, uint32_t object, Vec3 *low_world, Vec3 *high_world);
 

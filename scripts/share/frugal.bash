@@ -25,8 +25,8 @@ _frugal_value()
     --primary) _frugal_words 'auto raster rays' "$2" ;;
     --environment-light) _frugal_words 'auto none ambient sh sh-ao sampled' "$2" ;;
     --shadows) _frugal_words 'none map pcf pcss hybrid rays area' "$2" ;;
-    --reflections | --deep-reflections) _frugal_words 'none environment cube box impostor rays' "$2" ;;
-    --cube-size) _frugal_words 'auto' "$2" ;;
+    --reflections | --deep-reflections) _frugal_words 'none environment cube box impostor snapshot candidates mixed rays' "$2" ;;
+    --cube-size | --near-radius) _frugal_words 'auto' "$2" ;;
     --background) _frugal_words 'environment transparent' "$2" ;;
     --verify) _frugal_words 'all' "$2" ;;
     --exposure) _frugal_words 'auto' "$2" ;;
@@ -51,7 +51,7 @@ _frugal_value()
       [[ $scene ]] && cameras=$("$program" render "$scene" --list-cameras 2>/dev/null | cut -f 1)
       _frugal_words "$cameras" "$2"
       ;;
-    -s | --size | --crop | -n | --samples | --quality | --compression) ;;
+    -s | --size | --crop | -n | --samples | --quality | --compression | --snapshot-from) ;;
     --environment-rotation | --environment-intensity | --ambient) ;;
     --max-depth | --max-roughness | --threads | --seed | --max-memory | --max-image-pixels) ;;
     *) return 1 ;;

@@ -1,0 +1,122 @@
+#include "passes/near_reflect.h"
+
+#include "passes/scene_args.h"
+#include "shared/stream.h"
+
+static Status kernels_make(NearReflect *near, Device *device, const DeviceScene *scene, Log *log)
+{
+  Status status = STATUS_OK;
+  Program *trace = NULL, *reflect = NULL;
+  char options[128];
+  device_scene_options(scene, options, sizeof options);
+  TRY(program_build(&trace, device, "capture/near_trace.cl", options, log));
+  TRY(program_kernel(&near->trace, trace, "near_trace", log));
+  TRY(program_build(&reflect, device, "capture/near_reflect.cl", "", log));
+  TRY(program_kernel(&near->reflect, reflect, "near_reflect", log));
+  TRY(program_kernel(&near->join, reflect, "near_join", log));
+
+done:
+  return status;
+}
+
+Status near_reflect_make(NearReflect *out, Device *device, const DeviceScene *scene, const NearSources *sources,
+                         uint32_t capacity, Log *log)
+{
+  Status status = STATUS_OK;
+  NearReflect near = {.cube_count = sources->cube_count};
+  const size_t texels = sources->snapshot_texels;
+  const struct {
+    DeviceBuffer *buffer;
+    size_t bytes;
+    const void *from;
+  } buffers[] = {
+      {&near.nears, sources->cube_count * sizeof *sources->nears, sources->nears},
+      {&near.nodes, sources->node_count * sizeof *sources->nodes, sources->nodes},
+      {&near.triangles, sources->triangle_count * sizeof *sources->triangles, sources->triangles},
+      {&near.snapshots, sources->snapshot_count * sizeof *sources->snapshots, sources->snapshots},
+      {&near.photos, texels * sizeof(Float4), NULL},
+      {&near.backs, texels * sizeof(float), NULL},
+      {&near.cells, texels / (CUBE_CELL * CUBE_CELL) * sizeof(float), NULL},
+      {&near.counts, NEAR_COUNTS * sizeof(uint32_t), NULL},
+  };
+  TRY(kernels_make(&near, device, scene, log));
+  for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
+    TRY(buffer_create(buffers[i].buffer, device, buffers[i].bytes, buffers[i].from, "objects near reflectors", log));
+  TRY(hit_stream_make(&near.hits, device, capacity, log));
+  TRY(hit_stream_make(&near.listed_hits, device, capacity, log));
+  *out = near;
+  near = (NearReflect){0};
+
+done:
+  near_reflect_free(&near);
+  return status;
+}
+
+void near_reflect_free(NearReflect *near)
+{
+  DeviceBuffer *buffers[] = {&near->nears,  &near->nodes, &near->triangles, &near->snapshots,
+                             &near->photos, &near->backs, &near->cells,     &near->counts};
+  kernel_free(&near->trace);
+  kernel_free(&near->reflect);
+  kernel_free(&near->join);
+  for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
+  hit_stream_free(&near->hits);
+  hit_stream_free(&near->listed_hits);
+  *near = (NearReflect){0};
+}
+
+Status near_reflect_set(NearReflect *near, Device *device, const NearInfo *nears, Log *log)
+{
+  return buffer_write(device, &near->nears, nears, near->cube_count * sizeof *nears, log);
+}
+
+Status near_reflect(NearReflect *near, const CubeReflect *cubes, Device *device, const DeviceScene *scene,
+                    ReflectionMethod method, float invisible, const NearStreams *streams, uint32_t count,
+                    uint32_t *left_count, uint32_t *listed_count, Log *log)
+{
+  Status status = STATUS_OK;
+  const RayStream *rays = streams->rays, *left = streams->left, *listed = streams->listed;
+  uint32_t map = method == REFLECTIONS_CUBE  ? REFLECT_BY_CUBE
+                 : method == REFLECTIONS_BOX ? REFLECT_BY_BOX
+                                             : REFLECT_BY_IMPOSTOR;
+  uint32_t counts[NEAR_COUNTS];
+  TRY(device_launch(
+      device, &near->trace, work_items(device, count), count, "trace what is near reflectors",
+      ARGS(ARG_BUFFER(scene->object_starts), ARG(scene->object_count), ARG_BUFFER(cubes->cube_of_object),
+           ARG_BUFFER(near->nears), ARG_BUFFER(near->nodes), ARG_BUFFER(near->triangles), ARG_BUFFER(rays->rays),
+           ARG(rays->capacity), ARG(count), ARG_BUFFER(near->hits.hits), ARG_BUFFER(near->hits.ids),
+           ATTRIBUTE_ARGS(scene)),
+      log));
+  TRY(buffer_zero(device, &near->counts, log));
+  TRY(device_launch(
+      device, &near->reflect, work_items(device, count), count, "look up cube maps and snapshots",
+      ARGS(ARG(map), ARG(invisible), ARG_BUFFER(rays->rays), ARG_BUFFER(rays->slots), ARG(rays->capacity), ARG(count),
+           ARG_BUFFER(near->hits.hits), ARG_BUFFER(near->hits.ids), ARG_BUFFER(scene->object_starts),
+           ARG(scene->object_count), ARG_BUFFER(cubes->cube_of_object), ARG_BUFFER(cubes->cubes),
+           ARG_BUFFER(cubes->texels), ARG_BUFFER(cubes->cells), ARG_BUFFER(near->nears), ARG_BUFFER(near->snapshots),
+           ARG_BUFFER(near->photos), ARG_BUFFER(near->backs), ARG_BUFFER(near->cells), ARG_BUFFER(*streams->radiance),
+           ARG_BUFFER(listed->rays), ARG_BUFFER(listed->slots), ARG_BUFFER(near->listed_hits.hits),
+           ARG_BUFFER(near->listed_hits.ids), ARG_BUFFER(left->rays), ARG_BUFFER(left->slots),
+           ARG_BUFFER(near->counts)),
+      log));
+  TRY(buffer_read(device, &near->counts, counts, sizeof counts, log));
+  *left_count = counts[NEAR_LEFT];
+  *listed_count = counts[NEAR_LISTED];
+  near->looked_up += count;
+  for (int i = 0; i < NEAR_COUNTS; i++) near->totals[i] += counts[i];
+
+done:
+  return status;
+}
+
+Status near_join(const NearReflect *near, Device *device, const RayStream *listed, uint32_t listed_count,
+                 const RayStream *rays, const HitStream *hits, uint32_t count, Log *log)
+{
+  if (listed_count == 0) return STATUS_OK;
+  return device_launch(device, &near->join, work_items(device, listed_count), listed_count, "join what is near",
+                       ARGS(ARG_BUFFER(listed->rays), ARG_BUFFER(listed->slots), ARG_BUFFER(near->listed_hits.hits),
+                            ARG_BUFFER(near->listed_hits.ids), ARG(listed_count), ARG(rays->capacity),
+                            ARG_BUFFER(rays->rays), ARG_BUFFER(rays->slots), ARG_BUFFER(hits->hits),
+                            ARG_BUFFER(hits->ids), ARG(count)),
+                       log);
+}
