@@ -12,67 +12,6 @@
 #include "support/mirrors.h"
 #include "support/oracle_camera.h"
 
-static double pixel_difference(const Picture *a, const Picture *b, size_t i)
-{
-  double most = 0;
-  for (int c = 0; c < 4; c++) most = fmax(most, fabs((double)a->radiance[i][c] - (double)b->radiance[i][c]));
-  return most;
-}
-
-// Does the picture show one thing there: does no neighbour within `reach` differ?
-static bool is_even(const Picture *picture, size_t i, int reach)
-{
-  int x = (int)(i % picture->width), y = (int)(i / picture->width);
-  for (int dy = -reach; dy <= reach; dy++)
-    for (int dx = -reach; dx <= reach; dx++) {
-      int column = x + dx, row = y + dy;
-      if (column < 0 || row < 0 || column >= (int)picture->width || row >= (int)picture->height) continue;
-      const float *there = picture->radiance[(size_t)row * picture->width + (size_t)column];
-      // Schlick's weight changes from pixel to pixel; surfaces here differ by far more.
-      for (int c = 0; c < 3; c++)
-        if (fabs((double)there[c] - (double)picture->radiance[i][c]) > 0.15) return false;
-    }
-  return true;
-}
-
-// Pixels that differ by more than `most`, of those within which rays show one thing.
-static size_t even_and_wrong(const Picture *rays, const Picture *maps, int reach, double most, size_t *even)
-{
-  size_t wrong = 0;
-  *even = 0;
-  for (size_t i = 0; i < (size_t)rays->width * rays->height; i++) {
-    if (!is_even(rays, i, reach)) continue;
-    ++*even;
-    wrong += pixel_difference(rays, maps, i) > most;
-  }
-  return wrong;
-}
-
-// A room of six glowing walls of tiles, none of which is a face of a cube about the origin.
-static const Vec3 room_low = {-1.9, -1.2, -2.3}, room_high = {2.4, 1.6, 1.7};
-
-static Scene room_scene(void)
-{
-  enum { TILES = 4 };
-  static const double colors[6][3] = {{3, 1, 1}, {1, 3, 1}, {1, 1, 3}, {3, 3, 1}, {1, 3, 3}, {3, 1, 3}};
-  Scene scene = scene_empty();
-  Vec3 low = room_low, size = vec3_sub(room_high, room_low);
-  const Vec3 x = {size.x, 0, 0}, y = {0, size.y, 0}, z = {0, 0, size.z};
-  const Vec3 walls[6][3] = {{low, y, z}, {vec3_add(low, x), z, y}, {low, z, x}, {vec3_add(low, y), x, z},
-                            {low, x, y}, {vec3_add(low, z), y, x}};
-  for (int i = 0; i < 6 * TILES * TILES; i++) {
-    const Vec3 *wall = walls[i / (TILES * TILES)];
-    const double *color = colors[i / (TILES * TILES)];
-    int column = i % TILES, row = i / TILES % TILES;
-    double share = (column + row) % 2 ? 0.5 : 1;
-    Vec3 u = vec3_scale(wall[1], 1.0 / TILES), v = vec3_scale(wall[2], 1.0 / TILES);
-    Vec3 corner = vec3_add(wall[0], vec3_add(vec3_scale(u, column), vec3_scale(v, row)));
-    int glow = scene_add_material(&scene, material_glowing(vec3_scale(vec3(color[0], color[1], color[2]), share)));
-    scene_add_quad(&scene, glow, corner, u, v);
-  }
-  return scene;
-}
-
 // ---- the environment ------------------------------------------------------------------------------------------------
 
 static void a_mirror_in_the_sky_is_the_same_by_environment_and_by_rays(void **state)
@@ -103,12 +42,12 @@ static void a_cube_of_the_sky_is_off_by_no_more_than_interpolation(void **state)
   mirrors_sky(&scene);
   scene_add_sphere(&scene, mirrors_material(&scene, false), vec3(0, 0, 0), 1, 24);
   Camera camera = camera_perspective(vec3(1, 2, 4), vec3(0, 0, 0), 0.6);
-  for (ReflectionMethod method = REFLECTIONS_CUBE; method <= REFLECTIONS_IMPOSTOR; method += 2)
+  for (ReflectionMethod method = REFLECTIONS_CUBE; method <= REFLECTIONS_MIXED; method += 2)
     for (uint32_t size = 16; size <= 64; size *= 2) {
       PictureRequest by_rays = mirrors_request(48, REFLECTIONS_RAYS, 0), by_map = mirrors_request(48, method, size);
       Picture rays = picture_render(&scene, &camera, &by_rays), map = picture_render(&scene, &camera, &by_map);
       double texel = 2.0 / (size - 1), bound = 2 * texel * texel / 8 + 1e-4, most = 0;
-      for (size_t i = 0; i < 48 * 48; i++) most = fmax(most, pixel_difference(&rays, &map, i));
+      for (size_t i = 0; i < 48 * 48; i++) most = fmax(most, mirrors_difference(&rays, &map, i));
       if (!(most <= bound)) fail_msg("%s, %u texels: %g, over %g", reflections_name(method), size, most, bound);
       if (!(most > 0)) fail_msg("%s: no cube was asked", reflections_name(method));
       picture_free(&rays);
@@ -176,7 +115,7 @@ static void faces_meet_without_a_seam(void **state)
 static void room_compare(size_t *wrong, size_t *even, ReflectionMethod method, uint32_t lanes, double radius,
                          bool double_sided, Vec3 center)
 {
-  Scene scene = room_scene();
+  Scene scene = mirrors_room();
   scene_add_sphere(&scene, mirrors_material(&scene, double_sided), center, radius, 64);
   Vec3 eye = vec3_add(center, vec3_scale(vec3(0.5, 0.4, 1), 4 * radius));
   Camera camera = camera_perspective(eye, center, 0.5);
@@ -185,7 +124,7 @@ static void room_compare(size_t *wrong, size_t *even, ReflectionMethod method, u
   by_rays.lanes = by_map.lanes = lanes;
   Picture rays = picture_render(&scene, &camera, &by_rays), map = picture_render(&scene, &camera, &by_map);
   picture_assert_signal(&rays, 0.5);
-  *wrong = even_and_wrong(&rays, &map, 1, 1e-4, even);
+  *wrong = mirrors_even_wrong(&rays, &map, 1, 1e-4, even);
   picture_free(&rays);
   picture_free(&map);
   scene_free(&scene);
@@ -196,7 +135,7 @@ static void room_compare(size_t *wrong, size_t *even, ReflectionMethod method, u
 static void a_reflector_as_small_as_a_point_is_exact(void **state)
 {
   size_t wrong, even;
-  for (ReflectionMethod method = REFLECTIONS_CUBE; method <= REFLECTIONS_IMPOSTOR; method++)
+  for (ReflectionMethod method = REFLECTIONS_CUBE; method <= REFLECTIONS_MIXED; method++)
     for (int double_sided = 0; double_sided < 2; double_sided++) {
       room_compare(&wrong, &even, method, 0, 1e-3, double_sided, vec3(0, 0, 0));
       if (wrong || even < 5000) fail_msg("%s: %zu of %zu pixels are wrong", reflections_name(method), wrong, even);
@@ -210,7 +149,7 @@ static void the_box_and_the_impostor_know_where_the_walls_are(void **state)
   size_t wrong, even;
   const Vec3 center = vec3(0.7, 0.2, -0.5);
   for (uint32_t lanes = 0; lanes < 2; lanes++)
-    for (ReflectionMethod method = REFLECTIONS_BOX; method <= REFLECTIONS_IMPOSTOR; method++) {
+    for (ReflectionMethod method = REFLECTIONS_BOX; method <= REFLECTIONS_MIXED; method++) {
       room_compare(&wrong, &even, method, lanes, 0.6, false, center);
       if (wrong || even < 5000) fail_msg("%s: %zu of %zu pixels are wrong", reflections_name(method), wrong, even);
     }
@@ -260,29 +199,9 @@ static void the_impostor_shows_a_ball_where_its_mirror_image_is(void **state)
 
 // ---- what has no map ------------------------------------------------------------------------------------------------
 
-// Renders and tells which reflectors had maps.
-static ReflectorSummary summary_of(const Scene *scene, const Camera *camera, const RenderSettings *settings)
-{
-  Device *device = picture_device(0);
-  DeviceScene device_scene = {0};
-  Frame frame = {0};
-  Log log = {0};
-  picture_assert_ok(device_scene_make(&device_scene, device, scene, NULL, &log));
-  SceneFacts facts = {.has_mirrors = device_scene.has_mirrors, .least_roughness = device_scene.least_roughness};
-  FrameRequest request = {.camera = camera,
-                          .area = {settings->width, settings->height, 0, 0, settings->width, settings->height},
-                          .samples = 1,
-                          .plan = plan_make(settings, &facts)};
-  picture_assert_ok(frame_make(&frame, device, &device_scene, &request, &log));
-  ReflectorSummary summary = frame.reflectors;
-  frame_free(&frame);
-  device_scene_free(&device_scene);
-  return summary;
-}
-
 static Scene balls_scene(int across, double radius)
 {
-  Scene scene = room_scene();
+  Scene scene = mirrors_room();
   int mirror = mirrors_material(&scene, false);
   for (int i = 0; i < across * across; i++)
     scene_add_sphere(&scene, mirror,
@@ -298,7 +217,7 @@ static void a_thousand_reflectors_keep_to_the_budget(void **state)
   Camera camera = camera_perspective(vec3(0, 0, 1.65), vec3(0, 0, 0), 1.5);
   RenderSettings settings = mirrors_request(256, REFLECTIONS_CUBE, 0).settings;
   settings.cubes.max_bytes = 10 * CUBE_TEXELS(32) * 16;
-  ReflectorSummary summary = summary_of(&scene, &camera, &settings);
+  ReflectorSummary summary = mirrors_summary(&scene, &camera, &settings);
   assert_int_equal(summary.visible, 1024);
   assert_int_equal(summary.left_out, 1014);
   assert_int_equal(summary.bytes, settings.cubes.max_bytes);
@@ -320,7 +239,7 @@ static void what_has_no_map_is_traced(void **state)
   by_map.settings.cubes.max_bytes = CUBE_TEXELS(64) * 16;  // of four
   some = picture_render(&scene, &camera, &by_map);
   size_t different = 0;
-  for (size_t i = 0; i < 64 * 64; i++) different += pixel_difference(&rays, &some, i) > 0;
+  for (size_t i = 0; i < 64 * 64; i++) different += mirrors_difference(&rays, &some, i) > 0;
   if (different < 20 || different > 64 * 64 / 3) fail_msg("%zu pixels differ", different);
   picture_free(&rays);
   picture_free(&none);
@@ -332,9 +251,9 @@ static void what_has_no_map_is_traced(void **state)
 // scene in which all is a mirror: pictures come out, of numbers.
 static void odd_reflectors_make_pictures(void **state)
 {
-  for (ReflectionMethod method = REFLECTIONS_ENVIRONMENT; method <= REFLECTIONS_IMPOSTOR; method++)
+  for (ReflectionMethod method = REFLECTIONS_ENVIRONMENT; method <= REFLECTIONS_MIXED; method++)
     for (int i = 0; i < 5; i++) {
-      Scene scene = i == 4 ? scene_empty() : room_scene();
+      Scene scene = i == 4 ? scene_empty() : mirrors_room();
       int mirror = mirrors_material(&scene, true);
       if (i == 0 || i == 1) scene_add_sphere(&scene, mirror, vec3(0, 0, 0), 0.5, 8);
       if (i == 1) scene_add_sphere(&scene, mirror, vec3(0, 0, 0), 0.25, 8);
@@ -368,8 +287,8 @@ static void deeper_bounces_may_be_left_out(void **state)
   Picture mixed = picture_render(&scene, &camera, &deep);
   double from_once = 0, from_all = 0;
   for (size_t i = 0; i < 64 * 64; i++) {
-    from_once += pixel_difference(&mixed, &by_depth, i);
-    from_all += pixel_difference(&mixed, &whole, i);
+    from_once += mirrors_difference(&mixed, &by_depth, i);
+    from_all += mirrors_difference(&mixed, &whole, i);
   }
   if (!(from_all < 0.25 * from_once && from_all > 0)) fail_msg("%g from all, %g from one", from_all, from_once);
   picture_free(&by_depth);

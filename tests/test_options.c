@@ -311,15 +311,23 @@ static void help_and_cameras_need_no_output(void **state)
 
 static void reflection_options_are_checked(void **state)
 {
-  static const char *const words[] = {"none", "environment", "cube", "box", "impostor", "rays"};
+  static const char *const words[] = {"none",     "environment", "cube",  "box", "impostor",
+                                      "snapshot", "candidates",  "mixed", "rays"};
   char text[128];
-  for (int i = 0; i < 6; i++) {
-    snprintf(text, sizeof text, "--reflections %s --deep-reflections %s --cube-size 256", words[i], words[5 - i]);
+  for (int i = 0; i < 9; i++) {
+    snprintf(text, sizeof text, "--reflections %s --deep-reflections %s --cube-size 256", words[i], words[8 - i]);
     RenderOptions o = parsed(text);
     assert_string_equal(reflections_name(o.settings.reflections), words[i]);
-    assert_string_equal(reflections_name(o.settings.deep_reflections), words[5 - i]);
+    assert_string_equal(reflections_name(o.settings.deep_reflections), words[8 - i]);
     assert_int_equal(o.settings.cubes.size_px, 256);
   }
+  assert_true(parsed("--near-radius 2.5").settings.cubes.near_radius_m == 2.5f);
+  assert_true(parsed("--near-radius auto").settings.cubes.near_radius_m == 0);
+  assert_int_equal(parsed("--snapshot-from 300").settings.cubes.complex_from, 300);
+  refused("--near-radius 0", "--near-radius 0: not valid: expected metres above 0, or auto");
+  refused("--near-radius -1", "--near-radius -1");
+  refused("--near-radius nan", "--near-radius nan");
+  refused("--snapshot-from 0", "--snapshot-from 0: not valid");
   assert_int_equal(parsed("--cube-size auto").settings.cubes.size_px, 0);
   assert_int_equal(parsed("-n 1").settings.deep_reflections, REFLECTIONS_LIKE_FIRST);
   refused("--reflections sphere", "--reflections sphere: no such value");

@@ -106,6 +106,14 @@ static void deeper_bounces_have_a_method_of_their_own(void **state)
   settings.deep_reflections = REFLECTIONS_NONE;
   plan = plan_make(&settings, &all);
   assert_true(plan.max_depth == 1 && plan.max_roughness == 1 && !plan_uses_cubes(&plan));
+  for (ReflectionMethod method = REFLECTIONS_NONE; method <= REFLECTIONS_RAYS; method++) {
+    settings.reflections = method;
+    settings.deep_reflections = REFLECTIONS_LIKE_FIRST;
+    plan = plan_make(&settings, &all);
+    bool lists = method >= REFLECTIONS_SNAPSHOT && method <= REFLECTIONS_MIXED;
+    assert_int_equal(plan_uses_lists(&plan), lists);
+    assert_int_equal(plan_uses_cubes(&plan), lists || (method >= REFLECTIONS_CUBE && method <= REFLECTIONS_IMPOSTOR));
+  }
   SceneFacts matt = {.least_roughness = 1};
   settings.reflections = settings.deep_reflections = REFLECTIONS_IMPOSTOR;
   plan = plan_make(&settings, &matt);

@@ -153,8 +153,7 @@ kernel void near_reflect(uint method, float invisible, global const float *rays,
         CubeRay ray = {
             (float3)(LANE_FLOAT(origin.x, lane), LANE_FLOAT(origin.y, lane), LANE_FLOAT(origin.z, lane)) - center,
             (float3)(LANE_FLOAT(direction.x, lane), LANE_FLOAT(direction.y, lane), LANE_FLOAT(direction.z, lane))};
-        float t_listed =
-            LANE_UINT(id, lane) == HIT_NONE ? INFINITY : LANE_FLOAT(t, lane) * LANE_FLOAT(length, lane);
+        float t_listed = LANE_UINT(id, lane) == HIT_NONE ? INFINITY : LANE_FLOAT(t, lane) * LANE_FLOAT(length, lane);
         answer = near_answer(&value, method, &maps, number, ray, t_listed, LANE_FLOAT(most, lane), invisible);
       }
       if (answer == NEAR_ANSWERED) {

@@ -58,8 +58,7 @@ kernel void snapshot_depths(constant SnapshotInfo *info, uint first_tile, uint p
     if (any_ids[i] != HIT_NONE) {
       closeness = 1 / any_hits[HIT_T * capacity + i];
       behind = closeness;
-      if (back_ids[i] != HIT_NONE)
-        behind = min(closeness, 1 / (info->beyond_m - back_hits[HIT_T * capacity + i]));
+      if (back_ids[i] != HIT_NONE) behind = min(closeness, 1 / (info->beyond_m - back_hits[HIT_T * capacity + i]));
       if (ids[i] == HIT_NONE || hits[HIT_T * capacity + i] > any_hits[HIT_T * capacity + i]) behind = -behind;
     }
     texels[texel] = (float4)(0, 0, 0, closeness);
@@ -76,8 +75,7 @@ kernel void snapshot_keep(constant SnapshotInfo *info, uint first_tile, uint til
   for (uint i = begin; i < end; i++) {
     global float4 *texel = texels + snapshot_texel(info, first_tile, i);
     float4 sum = *texel;
-    for (uint sample = 0; sample < sample_count; sample++)
-      sum.xyz += radiance[sample * pixel_count + i].xyz * share;
+    for (uint sample = 0; sample < sample_count; sample++) sum.xyz += radiance[sample * pixel_count + i].xyz * share;
     *texel = sum;
   }
 }

@@ -249,7 +249,8 @@ static inline int map_meet(CubePlace *place, float *t, const MarchMap *map, Cube
 {
   if (arc.straight) return march_straight(place, t, map, arc, ray.direction, t_most);
   Meeting at;
-  float begin = t_least > 0 ? arc_angle(arc, t_least) : 0;
+  // A stride before the bounds the ray is before all four texels of what begins there, however steep that is.
+  float begin = t_least > 0 ? max(arc_angle(arc, t_least) - CUBE_STRIDE / map->texels_rad, 0.0f) : 0;
   int state = march(&at, map, arc, begin, arc_angle(arc, t_most), t_most == INFINITY);
   *place = at.place;
   if (state == MARCH_HIT) *t = arc_distance(arc, at.angle);

@@ -9,9 +9,9 @@ static json_t *name_json(const Scene *scene, uint32_t object)
 
 static json_t *target_json(const Scene *scene, const NearObject *near)
 {
-  json_t *target = json_pack("{s:i, s:o, s:i, s:s}", "object", (int)near->object, "name",
-                             name_json(scene, near->object), "triangles", (int)near->triangles, "method",
-                             near_method_name(near->method));
+  json_t *target =
+      json_pack("{s:i, s:o, s:i, s:s}", "object", (int)near->object, "name", name_json(scene, near->object),
+                "triangles", (int)near->triangles, "method", near_method_name(near->method));
   if (target && near->reason != NEAR_AS_ASKED)
     json_object_set_new(target, "reason", json_string(near_reason_name(near->reason)));
   return target;
@@ -27,10 +27,9 @@ json_t *near_objects_json(const Frame *frame)
     const NearList *list = &near->lists[i];
     json_t *targets = json_array();
     for (uint32_t k = 0; k < list->count; k++) json_array_append_new(targets, target_json(scene, &list->objects[k]));
-    json_array_append_new(reflectors,
-                          json_pack("{s:i, s:o, s:i, s:o}", "object", (int)near->reflectors[i], "name",
-                                    name_json(scene, near->reflectors[i]), "left_out", (int)list->left_out, "targets",
-                                    targets));
+    json_array_append_new(reflectors, json_pack("{s:i, s:o, s:i, s:o}", "object", (int)near->reflectors[i], "name",
+                                                name_json(scene, near->reflectors[i]), "left_out", (int)list->left_out,
+                                                "targets", targets));
   }
   return json_pack("{s:o, s:i, s:I, s:I, s:I, s:I}", "reflectors", reflectors, "snapshots", (int)near->snapshot_count,
                    "bytes", (json_int_t)near->bytes, "listed", (json_int_t)rays->totals[NEAR_LISTED], "failed_cube",

@@ -224,11 +224,14 @@ static const Option render_options[] = {
     {"reflections", 0, "METHOD", read_reflections, FIELD(settings.reflections), .words = REFLECTIONS,
      .help = "what mirrors show: none, environment, cube, box, impostor,\nsnapshot, candidates, mixed, or rays (rays)"},
     {"deep-reflections", 0, "METHOD", read_reflections, FIELD(settings.deep_reflections), .words = REFLECTIONS,
-     .help = "what mirrors in mirrors show: the same (as --reflections)"},
+     .help =
+         "what mirrors in mirrors show: none, environment, cube, box,\nimpostor, snapshot, candidates, mixed, or rays "
+         "(as --reflections)"},
     {"cube-size", 0, "N", read_cube_size, FIELD(settings.cubes.size_px), .low = 8, .high = 2048,
      .help = "texels a side of cube maps, or auto: as pixels of the\nreflector (auto)"},
     {"near-radius", 0, "M", read_near_radius, FIELD(settings.cubes.near_radius_m), .high = 1e9,
-     .help = "what is so near a cube map's centre, in metres, is listed by\nsnapshot, candidates and mixed; or auto: by parallax (auto)"},
+     .help = "what is so near a cube map's centre, in metres, is listed by\nsnapshot, candidates and mixed; or auto: "
+             "by parallax (auto)"},
     {"snapshot-from", 0, "N", option_read_u32, FIELD(settings.cubes.complex_from), .low = 1, .high = UINT32_MAX,
      .help = "triangles from which mixed takes a snapshot of an object (4096)"},
     {"environment-light", 0, "METHOD", option_read_word, FIELD(settings.environment_light),

@@ -80,13 +80,12 @@ Status near_reflect(NearReflect *near, const CubeReflect *cubes, Device *device,
                  : method == REFLECTIONS_BOX ? REFLECT_BY_BOX
                                              : REFLECT_BY_IMPOSTOR;
   uint32_t counts[NEAR_COUNTS];
-  TRY(device_launch(
-      device, &near->trace, work_items(device, count), count, "trace what is near reflectors",
-      ARGS(ARG_BUFFER(scene->object_starts), ARG(scene->object_count), ARG_BUFFER(cubes->cube_of_object),
-           ARG_BUFFER(near->nears), ARG_BUFFER(near->nodes), ARG_BUFFER(near->triangles), ARG_BUFFER(rays->rays),
-           ARG(rays->capacity), ARG(count), ARG_BUFFER(near->hits.hits), ARG_BUFFER(near->hits.ids),
-           ATTRIBUTE_ARGS(scene)),
-      log));
+  TRY(device_launch(device, &near->trace, work_items(device, count), count, "trace what is near reflectors",
+                    ARGS(ARG_BUFFER(scene->object_starts), ARG(scene->object_count), ARG_BUFFER(cubes->cube_of_object),
+                         ARG_BUFFER(near->nears), ARG_BUFFER(near->nodes), ARG_BUFFER(near->triangles),
+                         ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG(count), ARG_BUFFER(near->hits.hits),
+                         ARG_BUFFER(near->hits.ids), ATTRIBUTE_ARGS(scene)),
+                    log));
   TRY(buffer_zero(device, &near->counts, log));
   TRY(device_launch(
       device, &near->reflect, work_items(device, count), count, "look up cube maps and snapshots",
@@ -113,10 +112,10 @@ Status near_join(const NearReflect *near, Device *device, const RayStream *liste
                  const RayStream *rays, const HitStream *hits, uint32_t count, Log *log)
 {
   if (listed_count == 0) return STATUS_OK;
-  return device_launch(device, &near->join, work_items(device, listed_count), listed_count, "join what is near",
-                       ARGS(ARG_BUFFER(listed->rays), ARG_BUFFER(listed->slots), ARG_BUFFER(near->listed_hits.hits),
-                            ARG_BUFFER(near->listed_hits.ids), ARG(listed_count), ARG(rays->capacity),
-                            ARG_BUFFER(rays->rays), ARG_BUFFER(rays->slots), ARG_BUFFER(hits->hits),
-                            ARG_BUFFER(hits->ids), ARG(count)),
-                       log);
+  return device_launch(
+      device, &near->join, work_items(device, listed_count), listed_count, "join what is near",
+      ARGS(ARG_BUFFER(listed->rays), ARG_BUFFER(listed->slots), ARG_BUFFER(near->listed_hits.hits),
+           ARG_BUFFER(near->listed_hits.ids), ARG(listed_count), ARG(rays->capacity), ARG_BUFFER(rays->rays),
+           ARG_BUFFER(rays->slots), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids), ARG(count)),
+      log);
 }

@@ -1,4 +1,4 @@
-// Reflected rays answered by cube maps and the lists of what is near them: cl/capture/near_trace.cl and near_reflect.cl.
+// Reflected rays answered by cube maps and the lists of what is near them: cl/capture/near_trace.cl, near_reflect.cl.
 #pragma once
 
 #include "passes/cube_reflect.h"

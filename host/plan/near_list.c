@@ -94,8 +94,7 @@ Status near_list_make(NearList *out, const Scene *scene, const ObjectFacts *fact
     double distance_m = bounds_distance_m(center, facts[i].low, facts[i].high);
     bool is_near = distance_m <= radius_m && surface_is_near(scene, &scene->objects[i], center, radius_m);
     if (is_near || facts[i].mirror)
-      list.objects[list.count++] =
-          (NearObject){.object = i, .triangles = facts[i].triangles, .distance_m = distance_m};
+      list.objects[list.count++] = (NearObject){.object = i, .triangles = facts[i].triangles, .distance_m = distance_m};
   }
   qsort(list.objects, list.count, sizeof *list.objects, near_compare);
   uint32_t kept = 0;

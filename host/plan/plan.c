@@ -15,7 +15,7 @@ static EnvironmentLightMethod environment_light_choose(const RenderSettings *set
 
 const char *reflections_name(ReflectionMethod method)
 {
-  static const char *const names[] = {"like-first", "none", "environment", "cube", "box",
+  static const char *const names[] = {"like-first", "none",     "environment", "cube",  "box",
                                       "impostor",   "snapshot", "candidates",  "mixed", "rays"};
   return names[method];
 }

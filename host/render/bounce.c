@@ -209,8 +209,8 @@ static Status first_hits_find(Frame *frame, const Wave *wave, const Bounce *boun
   if (frame->photographing) {
     RayStream *spare = &frame->no_rays;
     TRY(stream_take(&spare, frame, true, log));
-    TRY(snapshot_capture_trace(&frame->snapshot_capture, &frame->tracer, device, wave, bounce->rays, &frame->hits, spare,
-                               &frame->near_reflect, log));
+    TRY(snapshot_capture_trace(&frame->snapshot_capture, &frame->tracer, device, wave, bounce->rays, &frame->hits,
+                               spare, &frame->near_reflect, log));
     stream_give_back(frame, spare);
     return STATUS_OK;
   }

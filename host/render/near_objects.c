@@ -151,10 +151,11 @@ Status near_objects_list(NearObjects *out, const Frame *frame, const CubeInfo *c
     lost += !kept;
   }
   if (lost || near.left_out)
-    log_warn(log,
-             "--reflections: lists of what is near reflectors are over %.0f MB: %u objects stay in cube maps though they "
-             "are near, %u reflectors are traced",
-             1e-6 * (double)bytes_left, near.left_out, lost);
+    log_warn(
+        log,
+        "--reflections: lists of what is near reflectors are over %.0f MB: %u objects stay in cube maps though they "
+        "are near, %u reflectors are traced",
+        1e-6 * (double)bytes_left, near.left_out, lost);
   *out = near;
   near = (NearObjects){0};
 

@@ -254,8 +254,8 @@ int main(int argc, char **argv)
   settings->cubes.size_px = lanes == 1 ? 8 : 16;
   for (ReflectionMethod method = REFLECTIONS_ENVIRONMENT; method < REFLECTIONS_RAYS; method++) {
     settings->reflections = method;
-    if (small ? lanes == 16 && method == REFLECTIONS_IMPOSTOR : lanes != 8)
-      TRY(render(device, &scene, settings, AOV_SET_NONE));
+    bool first = method == REFLECTIONS_IMPOSTOR || method == REFLECTIONS_SNAPSHOT;
+    if (small ? lanes == 16 && first : lanes != 8) TRY(render(device, &scene, settings, AOV_SET_NONE));
   }
 
   TRY(device_scene_make(&device_scene, device, &scene, NULL, &picture_log));

@@ -11,3 +11,24 @@ int mirrors_material(Scene *scene, bool double_sided);
 
 // A sky as smooth as a cosine, so that its second derivative is 1 a radian squared at most.
 void mirrors_sky(Scene *scene);
+
+// The greatest difference of a pixel's channels.
+double mirrors_difference(const Picture *a, const Picture *b, size_t pixel);
+
+// Pixels that differ by more than `most`, of those within `reach` of which rays show one thing; *even: how many these
+// are.
+size_t mirrors_even_wrong(const Picture *rays, const Picture *maps, int reach, double most, size_t *even);
+
+// A room of six glowing walls of tiles, from (-1.9, -1.2, -2.3) to (2.4, 1.6, 1.7): none is a face of a cube about the
+// origin.
+Scene mirrors_room(void);
+
+// Which reflectors have maps.
+ReflectorSummary mirrors_summary(const Scene *scene, const Camera *camera, const RenderSettings *settings);
+
+// What is near them, once the picture is rendered: counts over all reflectors, and what became of the rays.
+typedef struct NearTotals {
+  uint32_t cubes, listed, left_out, snapshots;
+  uint64_t rays, counts[NEAR_COUNTS];
+} NearTotals;
+NearTotals mirrors_near(const Scene *scene, const Camera *camera, const RenderSettings *settings);
