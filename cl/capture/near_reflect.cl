@@ -67,7 +67,7 @@ static inline int snapshots_meet(CubePlace *place, float *t, const NearMaps *map
     MarchMap map = {0, snapshot, maps->photos, maps->photo_cells, 0, maps->backs, snapshot->texels_rad};
     int found = map_meet(&here, &t_here, &map, ray, arc, t_least, t_most);
     if (found == MARCH_UNSURE) return found;
-    if (found != MARCH_HIT || !(t_here < *t)) continue;
+    if (found != MARCH_HIT) continue;
     *place = here;
     *t = t_here;
     state = found;

@@ -4,28 +4,9 @@
 #include <stdlib.h>
 
 #include "plan/cube_error.h"
-#include "shared/aov.h"
+#include "stability/mirror_view.h"
 
 static Vec3 wide(Float3 v) { return vec3(v.x, v.y, v.z); }
-
-static int mirror_add(Scene *scene) { return scene_add_material(scene, material_plain(vec3(0.9, 0.9, 0.9), 1, 0)); }
-
-// Renders with reflections by a method and by rays.
-static Status both_render(Shot *by_method, Shot *by_rays, Lab *lab, const Scene *scene, const Camera *camera,
-                          uint32_t side, ReflectionMethod method, uint32_t cube_px)
-{
-  Status status = STATUS_OK;
-  RenderSettings settings = lab_settings(side, side);
-  settings.reflections = method;
-  settings.cubes.size_px = cube_px;
-  TRY(lab_render_scene(by_method, lab, scene, camera, &settings));
-  settings.reflections = REFLECTIONS_RAYS;
-  TRY(lab_render_scene(by_rays, lab, scene, camera, &settings));
-  TRY(lab_keep(lab, by_method->radiance, by_rays->radiance, side, side, 4));
-
-done:
-  return status;
-}
 
 // Direction of the view at a point of the picture, in pixels.
 static Vec3 sight_at(const Shot *shot, double x, double y)
@@ -64,10 +45,10 @@ static Status parallax_measure(StabilityPoint *point, Lab *lab, ReflectionMethod
   Vec3 target = vec3_scale(vec3_unit_or(vec3(0.3, 0.2, 1), vec3(0, 0, 1)), distance);
   Vec3 eye = vec3(-1.2, -0.8, 1.2);
   Scene scene = scene_empty();
-  scene_add_quad(&scene, mirror_add(&scene), vec3(-3, -3, 0), vec3(6, 0, 0), vec3(0, 6, 0));
+  scene_add_quad(&scene, mirror_view_material(&scene, 0.9), vec3(-3, -3, 0), vec3(6, 0, 0), vec3(0, 6, 0));
   scene_add_sphere(&scene, scene_add_material(&scene, material_glowing(vec3(1, 1, 1))), target, 0.08 * distance, 16);
   Camera camera = camera_perspective(eye, vec3(-0.6, -0.4, 0), view_rad);
-  TRY(both_render(&by_method, &by_rays, lab, &scene, &camera, SIDE, method, CUBE_PX));
+  TRY(mirror_view_render(&by_method, &by_rays, lab, &scene, &camera, &(MirrorView){method, SIDE, CUBE_PX, 0}));
   Vec3 sight = glow_sight(&by_rays), at = vec3_sub(eye, vec3_scale(sight, eye.z / sight.z));
   CubeSight ray = {vec3_length(at), distance, angle_between(at, vec3(sight.x, sight.y, -sight.z))};
   point->measured = angle_between(glow_sight(&by_method), sight);
@@ -129,9 +110,10 @@ static Status seam_measure(double *across, double *within, Lab *lab, double turn
   Scene scene = scene_empty();
   sky_paint(&scene);
   Vec3 corner = vec3_scale(vec3_add(u, v), -30);
-  scene_add_quad(&scene, mirror_add(&scene), corner, vec3_scale(u, 60), vec3_scale(v, 60));
+  scene_add_quad(&scene, mirror_view_material(&scene, 0.9), corner, vec3_scale(u, 60), vec3_scale(v, 60));
   Camera camera = camera_perspective(vec3_scale(n, 2), vec3(0, 0, 0), 1.9);
-  TRY(both_render(&by_method, &by_rays, lab, &scene, &camera, SIDE, REFLECTIONS_CUBE, CUBE_PX));
+  const MirrorView view = {REFLECTIONS_CUBE, SIDE, CUBE_PX, 0};
+  TRY(mirror_view_render(&by_method, &by_rays, lab, &scene, &camera, &view));
   for (size_t i = 0; i + 1 < SIDE * SIDE; i++) {
     if (i % SIDE + 1 == SIDE) continue;
     int faces[2];
@@ -167,68 +149,17 @@ Status measure_cube_seam(StabilityPoint *point, Lab *lab, ShadowMethod method)
 
 // ---- what is near ---------------------------------------------------------------------------------------------------
 
-// Does a pixel of the first object show one thing, as rays have it, in itself and its neighbours?
-static bool is_even(const Shot *shot, size_t i)
-{
-  size_t width = shot->width;
-  if (i % width == 0 || i % width + 1 == width || i / width == 0 || i / width + 1 == shot->height) return false;
-  for (size_t k = 0; k < 9; k++) {
-    size_t there = i + k / 3 * width + k % 3 - width - 1;
-    if (shot->ids[AOV_OBJECT * shot_pixels(shot) + there] != 0) return false;
-    for (size_t c = 0; c < 3; c++)
-      if (lab_differ((double)shot->radiance[4 * there + c], (double)shot->radiance[4 * i + c])) return false;
-  }
-  return true;
-}
-
-// Share of the pixels that show one thing in the first object which the impostor has wrong.
-static Status even_wrong_share(double *share, Lab *lab, const Scene *scene, const Camera *camera)
-{
-  Status status = STATUS_OK;
-  uint32_t side = lab->quick ? 96 : 192;
-  Shot by_method = {0}, by_rays = {0};
-  size_t even = 0, wrong = 0;
-  TRY(both_render(&by_method, &by_rays, lab, scene, camera, side, REFLECTIONS_IMPOSTOR, 256));
-  for (size_t i = 0; i < shot_pixels(&by_rays); i++) {
-    bool differs = false;
-    if (!is_even(&by_rays, i)) continue;
-    for (size_t c = 0; c < 3; c++)
-      differs |= lab_differ((double)by_method.radiance[4 * i + c], (double)by_rays.radiance[4 * i + c]);
-    even++;
-    wrong += differs;
-  }
-  *share = even ? (double)wrong / (double)even : NAN;
-
-done:
-  shot_free(&by_method);
-  shot_free(&by_rays);
-  return status;
-}
-
-// Six walls of different colours about the origin, that glow to the inside.
-static void walls_add(Scene *scene)
-{
-  static const double colors[6][3] = {{0.8, 0.2, 0.2}, {0.2, 0.8, 0.2}, {0.2, 0.2, 0.8},
-                                      {0.8, 0.8, 0.2}, {0.2, 0.8, 0.8}, {0.8, 0.2, 0.8}};
-  const Vec3 low = {-3, -2.5, -3.5}, x = {6.5, 0, 0}, y = {0, 5.5, 0}, z = {0, 0, 7};
-  const Vec3 walls[6][3] = {{low, y, z}, {vec3_add(low, x), z, y}, {low, z, x}, {vec3_add(low, y), x, z},
-                            {low, x, y}, {vec3_add(low, z), y, x}};
-  for (int i = 0; i < 6; i++)
-    scene_add_quad(scene, scene_add_material(scene, material_glowing(vec3(colors[i][0], colors[i][1], colors[i][2]))),
-                   walls[i][0], walls[i][1], walls[i][2]);
-}
-
 Status measure_self_reflection(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
   double apart = 0.4 + point->value / 2;
   Scene scene = scene_empty();
-  int mirror = mirror_add(&scene);
+  int mirror = mirror_view_material(&scene, 0.9);
   scene_add_sphere(&scene, mirror, vec3(-apart, 0, 0), 0.4, 32);
   scene_add_sphere(&scene, mirror, vec3(apart, 0, 0), 0.4, 32);
   scene_join_last(&scene);
-  walls_add(&scene);
+  mirror_view_walls(&scene);
   Camera camera = camera_perspective(vec3(0.3, 0.8, 3), vec3(0, 0, 0), 0.9);
-  Status status = even_wrong_share(&point->measured, lab, &scene, &camera);
+  Status status = mirror_view_wrong(&point->measured, lab, &scene, &camera, REFLECTIONS_IMPOSTOR, 0);
   point->bound = point->warned = 0;
   scene_free(&scene);
   return status;
@@ -239,12 +170,12 @@ Status measure_bounds_crossing(StabilityPoint *point, Lab *lab, ShadowMethod met
   static const double radius = 0.6;
   double from = radius + point->value;
   Scene scene = scene_empty();
-  scene_add_sphere(&scene, mirror_add(&scene), vec3(0, 0, 0), radius, 32);
-  walls_add(&scene);
+  scene_add_sphere(&scene, mirror_view_material(&scene, 0.9), vec3(0, 0, 0), radius, 32);
+  mirror_view_walls(&scene);
   int glow = scene_add_material(&scene, material_glowing(vec3(0.9, 0.9, 0.9)));
   scene_add_box(&scene, glow, vec3(from, from, from), vec3(from + 0.5, from + 0.5, from + 0.5));
   Camera camera = camera_perspective(vec3(1, 0.5, 3.2), vec3(0, 0, 0), 0.5);
-  Status status = even_wrong_share(&point->measured, lab, &scene, &camera);
+  Status status = mirror_view_wrong(&point->measured, lab, &scene, &camera, REFLECTIONS_IMPOSTOR, 0);
   point->bound = point->warned = 0;
   scene_free(&scene);
   return status;

@@ -9,3 +9,10 @@ Status measure_impostor_parallax(StabilityPoint *point, Lab *lab, ShadowMethod m
 Status measure_cube_seam(StabilityPoint *point, Lab *lab, ShadowMethod method);
 Status measure_self_reflection(StabilityPoint *point, Lab *lab, ShadowMethod method);
 Status measure_bounds_crossing(StabilityPoint *point, Lab *lab, ShadowMethod method);
+
+// reflection_near.c
+Status measure_radius_crossing(StabilityPoint *point, Lab *lab, ShadowMethod method);
+Status measure_snapshot_disocclusion(StabilityPoint *point, Lab *lab, ShadowMethod method);
+Status measure_reflection_occluder(StabilityPoint *point, Lab *lab, ShadowMethod method);
+Status measure_snapshot_overflow(StabilityPoint *point, Lab *lab, ShadowMethod method);
+Status measure_facing_mirrors(StabilityPoint *point, Lab *lab, ShadowMethod method);
