@@ -29,13 +29,15 @@ done:
   return status;
 }
 
-// Does a pixel of the first object show one thing, as rays have it, in itself and its neighbours?
+// Does a pixel of the first object show one thing, as rays have it, in itself and its neighbours, two either way? These
+// are farther apart than a texel of the maps in use.
 static bool is_even(const Shot *shot, size_t i)
 {
-  size_t width = shot->width;
-  if (i % width == 0 || i % width + 1 == width || i / width == 0 || i / width + 1 == shot->height) return false;
-  for (size_t k = 0; k < 9; k++) {
-    size_t there = i + k / 3 * width + k % 3 - width - 1;
+  enum { REACH = 2, ACROSS = 2 * REACH + 1 };
+  size_t width = shot->width, x = i % width, y = i / width;
+  if (x < REACH || x + REACH >= width || y < REACH || y + REACH >= shot->height) return false;
+  for (size_t k = 0; k < ACROSS * ACROSS; k++) {
+    size_t there = i + (k / ACROSS) * width + k % ACROSS - REACH * (width + 1);
     if (shot->ids[AOV_OBJECT * shot_pixels(shot) + there] != 0) return false;
     for (size_t c = 0; c < 3; c++)
       if (lab_differ((double)shot->radiance[4 * there + c], (double)shot->radiance[4 * i + c])) return false;
@@ -47,7 +49,7 @@ Status mirror_view_wrong(double *share, Lab *lab, const Scene *scene, const Came
                          float near_radius_m)
 {
   Status status = STATUS_OK;
-  const MirrorView view = {method, lab->quick ? 96 : 192, 256, near_radius_m};
+  const MirrorView view = {method, lab->quick ? 96 : 192, lab->quick ? 256 : 512, near_radius_m};
   Shot by_method = {0}, by_rays = {0};
   size_t even = 0, wrong = 0;
   TRY(mirror_view_render(&by_method, &by_rays, lab, scene, camera, &view));

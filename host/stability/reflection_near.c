@@ -51,7 +51,7 @@ static Scene mirror_wall_scene(void)
   return scene;
 }
 
-static Camera mirror_wall_camera(void) { return camera_perspective(vec3(2.2, 0.4, 1.8), vec3(0.4, 0, -1), 0.7); }
+static Camera mirror_wall_camera(void) { return camera_perspective(vec3(1.9, 0.4, 0.8), vec3(0.4, 0, -1), 0.8); }
 
 Status measure_snapshot_disocclusion(StabilityPoint *point, Lab *lab, ShadowMethod method)
 {
@@ -76,7 +76,7 @@ Status measure_reflection_occluder(StabilityPoint *point, Lab *lab, ShadowMethod
   Vec3 at = vec3(0.6, -0.3, -1 + point->value);
   scene_add_quad(&scene, glow_add(&scene, 0.1, 0.5, 0.9), at, vec3(0, 0.6, 0), vec3(0, 0, 0.25));
   scene.materials[scene.material_count - 1].double_sided = true;
-  Camera camera = mirror_wall_camera();
+  Camera camera = camera_perspective(vec3(2.8, 0.4, 0.4), vec3(0.8, 0, -1), 0.7);
   Status status = nothing_wrong(point, lab, &scene, &camera, lists, 3, 0.5f);
   scene_free(&scene);
   return status;
@@ -87,9 +87,8 @@ Status measure_snapshot_overflow(StabilityPoint *point, Lab *lab, ShadowMethod m
   static const ReflectionMethod snapshot = REFLECTIONS_SNAPSHOT;
   const double half = 0.5 * tan(0.5 * point->value * M_PI / 180);
   Scene scene = mirror_wall_scene();
-  scene_add_box(&scene, glow_add(&scene, 0.9, 0.5, 0.1), vec3(0.2 - half, -half, -0.5),
-                vec3(0.2 + half, fmin(half, 0.3), -0.2));
-  Camera camera = mirror_wall_camera();
+  scene_add_box(&scene, glow_add(&scene, 0.9, 0.5, 0.1), vec3(-half, -0.2, -0.5), vec3(half, 0.2, -0.4));
+  Camera camera = camera_perspective(vec3(0.3, 1.3, 0.6), vec3(0, 0, -1), 0.9);
   Status status = nothing_wrong(point, lab, &scene, &camera, &snapshot, 1, 0.8f);
   scene_free(&scene);
   return status;
