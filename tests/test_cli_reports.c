@@ -74,6 +74,38 @@ static void reflections_by_maps_say_how_many_rays_they_answered(void **state)
   cli_free(&run);
 }
 
+// Each object near a mirror with the method that finds it, and why that is not a snapshot.
+static void what_is_near_a_mirror_is_named_with_its_method(void **state)
+{
+  json_error_t error;
+  CliRun run = cli_run("render", "scenes/chrome.glb", "-o", cli_path("n.png"), "-s", "160x90", "--reflections", "mixed",
+                       "--snapshot-from", "1000", "--cube-size", "64", "--stats", "-", NULL);
+  cli_expect(&run, 0, "", __FILE__, __LINE__);
+  json_t *stats = json_loads(run.out, 0, &error), *near = json_member(json_member(stats, "reflection_maps"), "near");
+  json_t *reflectors = json_member(near, "reflectors"), *target;
+  json_t *targets = json_member(json_array_get(reflectors, 0), "targets");
+  size_t index, snapshots = 0, mirrors = 0;
+  assert_int_equal(json_array_size(reflectors), 2);
+  assert_string_equal(json_string_value(json_member(json_array_get(reflectors, 0), "name")), "teapot");
+  assert_true(json_array_size(targets) > 5);
+  json_array_foreach(targets, index, target)
+  {
+    bool photographed = !strcmp(json_string_value(json_member(target, "method")), "snapshot");
+    const char *reason = json_string_value(json_object_get(target, "reason"));
+    bool is_complex = json_integer_value(json_member(target, "triangles")) >= 1000;
+    if (photographed) assert_true(is_complex && !reason);
+    if (!photographed && is_complex) assert_non_null(reason);
+    snapshots += photographed;
+    mirrors += reason && !strcmp(reason, "mirror");
+  }
+  assert_true(snapshots > 2 && mirrors == 1);
+  assert_true(json_integer_value(json_member(near, "snapshots")) >= (json_int_t)snapshots);
+  assert_true(json_integer_value(json_member(near, "listed")) > 0);
+  assert_non_null(strstr(json_string_value(json_member(stats, "settings")), "--snapshot-from 1000"));
+  json_decref(stats);
+  cli_free(&run);
+}
+
 // Maps tell beforehand what they may get wrong, and that covers what is measured.
 static void shadow_maps_state_their_error(void **state)
 {
@@ -112,6 +144,7 @@ int main(void)
       cmocka_unit_test(reports_are_json_and_a_table),
       cmocka_unit_test(hybrid_shadows_trace_few_rays_and_say_how_many),
       cmocka_unit_test(reflections_by_maps_say_how_many_rays_they_answered),
+      cmocka_unit_test(what_is_near_a_mirror_is_named_with_its_method),
       cmocka_unit_test(shadow_maps_state_their_error),
       cmocka_unit_test(the_program_says_how_many_pixels_are_off),
   };
