@@ -307,14 +307,7 @@ static void the_bytes_do_not_hang_on_the_waves(void **state)
   scene_add_light(&scene, light_point(vec3(0, 1, 1), 10));
   Camera camera = camera_perspective(vec3(0.3, 0, 1.65), vec3(0, 0, 0), 1.5);
   PictureRequest request = mirrors_request(64, REFLECTIONS_IMPOSTOR, 64);
-  Picture whole = picture_render(&scene, &camera, &request), again = picture_render(&scene, &camera, &request);
-  request.wave_rays = 2048;
-  Picture parts = picture_render(&scene, &camera, &request);
-  picture_assert_same(&whole, &again);
-  picture_assert_same(&whole, &parts);
-  picture_free(&whole);
-  picture_free(&again);
-  picture_free(&parts);
+  mirrors_assert_same_in_waves(&scene, &camera, &request);
   scene_free(&scene);
 }
 

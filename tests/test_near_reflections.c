@@ -304,14 +304,7 @@ static void the_bytes_do_not_hang_on_the_waves(void **state)
   for (int i = 0; i < 3; i++) {
     PictureRequest request = request_of(methods[i], 64, 0);
     request.settings.cubes.size_px = 64;
-    Picture whole = picture_render(&scene, &camera, &request), again = picture_render(&scene, &camera, &request);
-    request.wave_rays = 2048;
-    Picture parts = picture_render(&scene, &camera, &request);
-    picture_assert_same(&whole, &again);
-    picture_assert_same(&whole, &parts);
-    picture_free(&whole);
-    picture_free(&again);
-    picture_free(&parts);
+    mirrors_assert_same_in_waves(&scene, &camera, &request);
   }
   scene_free(&scene);
 }

@@ -15,8 +15,8 @@
 //   REFLECT_BY_BOX          what it shows where the ray meets the box. Exact (but for the texels) where that is where
 //                           the walls are; what stands within the box is displaced, more than by REFLECT_BY_CUBE where
 //                           it is near. Rays that start outside the box are left.
-//   REFLECT_BY_IMPOSTOR     what it shows where the ray goes behind the surface that the cube saw: lib/impostor.cl, which
-//                           also has the cost, and the rays that are left.
+//   REFLECT_BY_IMPOSTOR     what it shows where the ray goes behind the surface that the cube saw. Cost, and which rays
+//                           are left: lib/impostor.cl.
 //
 //   Cost  16 bytes x 4 a lookup.
 //   The reflector itself is not in its cube: by the other methods it does not show itself.

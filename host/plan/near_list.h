@@ -63,8 +63,8 @@ enum { COMPLEX_FROM_TRIANGLES = 4096 };
 // *out is [object_count], the caller's to free. Cost: that of scene_bounds. Errors: STATUS_NO_MEMORY.
 Status object_facts_make(ObjectFacts **out, const Scene *scene, Log *log);
 
-// Lists what is near `center`, at most `triangles_most` triangles in all. Cost: a look at each triangle of objects whose
-// bounds come within the radius, until one of them does.
+// Lists what is near `center`, at most `triangles_most` triangles in all. Cost: a look at each triangle of objects of
+// which the bounds come within the radius, until one of them does.
 // Errors: STATUS_NO_MEMORY.
 Status near_list_make(NearList *out, const Scene *scene, const ObjectFacts *facts, uint32_t reflector, Vec3 center,
                       double radius_m, uint64_t triangles_most, Log *log);

@@ -143,3 +143,16 @@ NearTotals mirrors_near(const Scene *scene, const Camera *camera, const RenderSe
   device_scene_free(&device_scene);
   return totals;
 }
+
+void mirrors_assert_same_in_waves(const Scene *scene, const Camera *camera, const PictureRequest *request)
+{
+  PictureRequest few = *request;
+  few.wave_rays = 2048;
+  Picture whole = picture_render(scene, camera, request), again = picture_render(scene, camera, request);
+  Picture parts = picture_render(scene, camera, &few);
+  picture_assert_same(&whole, &again);
+  picture_assert_same(&whole, &parts);
+  picture_free(&whole);
+  picture_free(&again);
+  picture_free(&parts);
+}

@@ -32,3 +32,6 @@ typedef struct NearTotals {
   uint64_t rays, counts[NEAR_COUNTS];
 } NearTotals;
 NearTotals mirrors_near(const Scene *scene, const Camera *camera, const RenderSettings *settings);
+
+// Fails unless the picture is the same on every run, and however many rays are in flight.
+void mirrors_assert_same_in_waves(const Scene *scene, const Camera *camera, const PictureRequest *request);
