@@ -84,6 +84,13 @@ static inline float cube_error(global const CubeInfo *cube, global const float4 
   return change * M_PI_2_F * min(arc.reach * inverse * arc.sine, 1.0f);
 }
 
+// How far a ray that starts within a radius of the centre stays within it.
+static inline float ball_leave(CubeRay ray, float radius)
+{
+  float along = dot(ray.origin, ray.direction), inside = radius * radius - dot(ray.origin, ray.origin);
+  return inside > 0 ? sqrt(along * along + inside) - along : 0;
+}
+
 #define NEAR_ANSWERED NEAR_COUNTS
 
 // What becomes of a ray of a cube whose list it meets after t metres; ANSWERED: *out is what it shows.
@@ -102,9 +109,10 @@ static inline uint near_answer(float4 *out, uint method, const NearMaps *maps, u
       weight * cube_error(cube, maps->texels, near->change, ray, arc) <= invisible)
     method = REFLECT_BY_CUBE;
   bool beyond = t == INFINITY;
-  if (method == REFLECT_BY_IMPOSTOR) {
+  float t_clear = near->nearest_m < INFINITY ? ball_leave(ray, near->nearest_m) : INFINITY;
+  if (method == REFLECT_BY_IMPOSTOR && (beyond || t > t_clear)) {
     MarchMap map = march_map_of_cube(cube, maps->texels, maps->cells, 0);
-    int found = map_meet(&far, &t_far, &map, ray, arc, 0, t);
+    int found = map_meet(&far, &t_far, &map, ray, arc, t_clear, t);
     if (found == MARCH_UNSURE) return NEAR_FAILED_CUBE;
     beyond = beyond || found == MARCH_HIT;
   } else if (beyond) {

@@ -9,8 +9,8 @@
 //   snapshot_keep     adds the radiance of a wave to the texels
 //   snapshot_cells    the cells of a snapshot whose texels are all there
 //   cube_change       of a cube's rows of texels: how much the radiance changes from texel to texel, in the channel
-//                     where it does most, along rows and columns together; row by row, 2 size - 1 differences each,
-//                     the last row of a face size - 1
+//                     where it does most, along rows and columns together, the sum of 2 size - 1 differences (of the
+//                     last row of a face size - 1); and the greatest closeness
 //
 //   Cost  three rays a texel, and what shading takes; 16 bytes read and 20 written a texel.
 //   Fails where a thing is thinner than a texel: rays that pass between see nothing of it.
@@ -90,11 +90,13 @@ kernel void cube_change(constant CubeInfo *cube, global const float4 *texels, gl
   uint row = get_global_id(0), size = cube->size;
   if (row >= CUBE_FACES * size) return;
   global const float4 *texel = texels + cube->first_texel + row * size;
-  float sum = 0;
+  float sum = 0, closeness = 0;
   for (uint x = 0; x < size; x++) {
     float4 right = x + 1 < size ? fabs(texel[x + 1] - texel[x]) : (float4)(0);
     float4 down = (row + 1) % size ? fabs(texel[x + size] - texel[x]) : (float4)(0);
+    closeness = max(closeness, texel[x].w);
     sum += max(right.x, max(right.y, right.z)) + max(down.x, max(down.y, down.z));
   }
-  changes[row] = sum;
+  changes[2 * row] = sum;
+  changes[2 * row + 1] = closeness;
 }

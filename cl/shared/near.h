@@ -8,8 +8,9 @@
 typedef struct NearInfo {
   uint first_node, first_triangle;  // of the BVH (shared/bvh.h) among those of all cubes
   uint first_snapshot, snapshot_count;
-  float change;  // mean change of the cube's radiance, in the channel where it is greatest, by radian
-  uint padding[3];
+  float change;     // mean change of the cube's radiance, in the channel where it is greatest, by radian
+  float nearest_m;  // from the centre: nothing that the cube shows is nearer
+  uint padding[2];
 } NearInfo;
 SHARED_SIZE(NearInfo, 32);
 

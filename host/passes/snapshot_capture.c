@@ -148,22 +148,27 @@ Status snapshot_capture_cells(const SnapshotCapture *capture, Device *device, ui
                        ARGS(ARG_BUFFER(capture->info), ARG_BUFFER(near->photos), ARG_BUFFER(near->cells)), log);
 }
 
-Status cube_change_measure(float *change, const SnapshotCapture *capture, Device *device, const CubeInfo *cube,
+Status cube_change_measure(NearInfo *near, const SnapshotCapture *capture, Device *device, const CubeInfo *cube,
                            const CubeReflect *cubes, Log *log)
 {
   Status status = STATUS_OK;
-  size_t rows = CUBE_FACES * (size_t)cube->size;
+  size_t rows = CUBE_FACES * (size_t)cube->size, bytes = 2 * rows * sizeof(float);
   double sum = 0, texel_rad = 0.5 * M_PI / (cube->size - 1.0), pairs = 2 * (double)rows * (cube->size - 1.0);
+  float closest = 0;
   DeviceBuffer info = capture->cube, sums = {0};
-  float *changes = malloc(rows * sizeof *changes);
+  float *changes = malloc(bytes);
   if (!changes) return log_no_memory(log, "cube maps");
-  TRY(buffer_create(&sums, device, rows * sizeof *changes, NULL, "cube maps", log));
+  TRY(buffer_create(&sums, device, bytes, NULL, "cube maps", log));
   TRY(buffer_write(device, &info, cube, sizeof *cube, log));
   TRY(device_launch(device, &capture->change, rows, rows, "measure how a cube map changes",
                     ARGS(ARG_BUFFER(capture->cube), ARG_BUFFER(cubes->texels), ARG_BUFFER(sums)), log));
-  TRY(buffer_read(device, &sums, changes, rows * sizeof *changes, log));
-  for (size_t i = 0; i < rows; i++) sum += (double)changes[i];
-  *change = (float)(sum / pairs / texel_rad);
+  TRY(buffer_read(device, &sums, changes, bytes, log));
+  for (size_t i = 0; i < rows; i++) {
+    sum += (double)changes[2 * i];
+    closest = fmaxf(closest, changes[2 * i + 1]);
+  }
+  near->change = (float)(sum / pairs / texel_rad);
+  near->nearest_m = closest > 0 ? 0.9999f / closest : INFINITY;
 
 done:
   buffer_free(&sums);

@@ -41,6 +41,6 @@ Status snapshot_capture_keep(const SnapshotCapture *capture, Device *device, con
 Status snapshot_capture_cells(const SnapshotCapture *capture, Device *device, uint32_t size, const NearReflect *near,
                               Log *log);
 
-// NearInfo's change of a cube that is drawn. Waits for the device.
-Status cube_change_measure(float *change, const SnapshotCapture *capture, Device *device, const CubeInfo *cube,
+// Sets NearInfo's change and nearest_m of a cube that is drawn. Waits for the device.
+Status cube_change_measure(NearInfo *near, const SnapshotCapture *capture, Device *device, const CubeInfo *cube,
                            const CubeReflect *cubes, Log *log);

@@ -255,7 +255,7 @@ Status near_objects_draw(Frame *frame, const CubeInfo *cubes, uint32_t samples, 
     TRY(device_finish(frame->device, log));  // the object's trees are freed next
   }
   for (uint32_t i = 0; i < near->cube_count; i++)
-    TRY(cube_change_measure(&near->nears[i].change, capture, frame->device, &cubes[i], &frame->cube_reflect, log));
+    TRY(cube_change_measure(&near->nears[i], capture, frame->device, &cubes[i], &frame->cube_reflect, log));
   TRY(near_reflect_set(&frame->near_reflect, frame->device, near->nears, log));
 
 done:
