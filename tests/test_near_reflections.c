@@ -295,6 +295,75 @@ static void bounces_may_go_by_different_methods(void **state)
   scene_free(&scene);
 }
 
+// In phong, whose reflectance is the same at all angles.
+static PictureRequest faint_request(ReflectionMethod method, uint32_t depth)
+{
+  PictureRequest request = request_of(method, 96, 1e-3f);
+  request.settings.lighting = LIGHTING_PHONG;
+  request.settings.max_depth = depth;
+  return request;
+}
+
+// How many rays of the second bounce the cubes leave, and how many there are, between mirrors of a reflectance.
+static void deep_rays(uint64_t *left, uint64_t *all, const Scene *scene)
+{
+  Camera camera = things_camera();
+  NearTotals totals[2];
+  for (uint32_t i = 0; i < 2; i++) {
+    PictureRequest request = faint_request(REFLECTIONS_CANDIDATES, i + 1);
+    totals[i] = mirrors_near(scene, &camera, &request.settings);
+  }
+  *left = totals[1].counts[NEAR_LEFT] - totals[0].counts[NEAR_LEFT];
+  *all = totals[1].rays - totals[0].rays;
+}
+
+static Scene facing_scene(double reflectance)
+{
+  Scene scene = things_scene();
+  int mirror = scene_add_material(&scene, material_plain(vec3(reflectance, reflectance, reflectance), 1, 0));
+  scene_add_quad(&scene, mirror, vec3(-1.5, -0.8, -0.7), vec3(3, 0, 0), vec3(0, 1.6, 0));
+  for (uint32_t i = 0; i < scene.material_count; i++)
+    for (int c = 0; c < 3; c++) {
+      scene.materials[i].emission[c] *= 0.1f;
+      if (scene.materials[i].roughness == 0) scene.materials[i].base_color[c] = (float)reflectance;
+    }
+  return scene;
+}
+
+// Where what a second bounce adds is hardly seen, the cube answers it whole, without a ray; and that is hardly seen.
+static void faint_bounces_end_in_the_cube(void **state)
+{
+  uint64_t left, all;
+  Scene bright = facing_scene(0.9), faint = facing_scene(0.065);
+  deep_rays(&left, &all, &bright);
+  if (all < 200 || 20 * left < all) fail_msg("bright: %u of %u rays are left", (unsigned)left, (unsigned)all);
+  deep_rays(&left, &all, &faint);
+  if (all < 200 || 100 * left > all) fail_msg("faint: %u of %u rays are left", (unsigned)left, (unsigned)all);
+  Camera camera = things_camera();
+  PictureRequest by_rays = faint_request(REFLECTIONS_RAYS, 2), by_map = faint_request(REFLECTIONS_CANDIDATES, 2);
+  Picture rays = picture_render(&faint, &camera, &by_rays), map = picture_render(&faint, &camera, &by_map);
+  by_rays.settings.max_depth = by_map.settings.max_depth = 1;
+  Picture rays_once = picture_render(&faint, &camera, &by_rays), map_once = picture_render(&faint, &camera, &by_map);
+  double error = 0, added = 0;
+  size_t shown = 0;
+  for (size_t i = 0; i < 96 * 96; i++) {
+    double deep = (double)rays.radiance[i][0] - (double)rays_once.radiance[i][0];
+    if (deep == 0) continue;
+    error += fabs((double)map.radiance[i][0] - (double)map_once.radiance[i][0] - deep);
+    added += deep;
+    shown++;
+  }
+  assert_true(shown > 200 && added > 0);
+  if (!(error / (double)shown < 1.0 / 255))
+    fail_msg("%g on average, of %g", error / (double)shown, added / (double)shown);
+  picture_free(&rays);
+  picture_free(&map);
+  picture_free(&rays_once);
+  picture_free(&map_once);
+  scene_free(&bright);
+  scene_free(&faint);
+}
+
 static void the_bytes_do_not_hang_on_the_waves(void **state)
 {
   Scene scene = things_scene();
@@ -321,6 +390,7 @@ int main(void)
       cmocka_unit_test(mirrors_without_end_come_to_an_end),
       cmocka_unit_test(ten_thousand_things_keep_to_the_budget),
       cmocka_unit_test(bounces_may_go_by_different_methods),
+      cmocka_unit_test(faint_bounces_end_in_the_cube),
       cmocka_unit_test(the_bytes_do_not_hang_on_the_waves),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
