@@ -47,10 +47,12 @@ static inline CubeArc arc_of(CubeRay ray)
   return arc;
 }
 
-// The angle at which the ray is after `t` metres.
-static inline float arc_angle(CubeArc arc, float t)
+// The angle at which the ray is after `t` metres. Angles are cosines and sines throughout: a CPU takes longer for one
+// sine than for many steps.
+static inline float2 arc_angle(CubeArc arc, float t)
 {
-  return t < INFINITY ? atan2(t * arc.sine, arc.reach + t * arc.cosine) : atan2(arc.sine, arc.cosine);
+  float2 whole = (float2)(arc.cosine, arc.sine), at = (float2)(arc.reach, 0) + t * whole;
+  return t < INFINITY ? at * rsqrt(dot(at, at)) : whole;
 }
 
 // The other way round.
@@ -63,6 +65,16 @@ static inline float arc_distance(CubeArc arc, float2 angle)
 static inline float2 turned(float2 angle, float2 turn)
 {
   return (float2)(angle.x * turn.x - angle.y * turn.y, angle.y * turn.x + angle.x * turn.y);
+}
+
+// Is an angle at `end` or beyond, by less than half a turn?
+static inline bool is_past(float2 angle, float2 end) { return end.y * angle.x - end.x * angle.y <= 0; }
+
+// A turn by an angle of no more than a fifth.
+static inline float2 small_turn(float rad)
+{
+  float square = rad * rad;
+  return (float2)(1 - square / 2 * (1 - square / 12), rad * (1 - square / 6 * (1 - square / 20)));
 }
 
 // What is marched through. One of `cube` and `snapshot` is there.
@@ -168,16 +180,24 @@ typedef struct Meeting {
   float2 angle;
 } Meeting;
 
-// Looks at each of CUBE_STRIDE turns after `angle`. HIT: *at is where.
-static inline int march_stride(Meeting *at, int state, CubeArc arc, float2 angle, float2 turn, bool at_end,
-                               const MarchMap *map)
+// The part of an arc that is followed, a texel a turn; an endless one ends infinitely far away, behind all there is.
+typedef struct MarchWay {
+  float2 begin, end, turn;
+  bool endless;
+} MarchWay;
+
+// Looks at each of CUBE_STRIDE turns after `angle`, up to the end. HIT: *at is where.
+static inline int march_stride(Meeting *at, int state, CubeArc arc, float2 angle, MarchWay way, const MarchMap *map)
 {
   float2 before = angle;
-  for (int i = 1; i <= CUBE_STRIDE && state < MARCH_HIT; i++) {
+  bool ends = false;
+  for (int i = 1; i <= CUBE_STRIDE && state < MARCH_HIT && !ends; i++) {
     before = angle;
-    angle = turned(angle, turn);
+    angle = turned(angle, way.turn);
+    ends = is_past(angle, way.end);
+    if (ends) angle = way.end;
     float closeness = arc_closeness(&at->place, arc, angle, map);
-    if (at_end && i == CUBE_STRIDE) closeness = 0;
+    if (ends && way.endless) closeness = 0;
     state = march_step(state, map, at->place, closeness);
   }
   if (state != MARCH_HIT) return state;
@@ -194,27 +214,25 @@ static inline int march_stride(Meeting *at, int state, CubeArc arc, float2 angle
   return seen && !is_uneven(map_depth(map, at->place)) ? MARCH_HIT : MARCH_UNSURE;
 }
 
-// Follows a ray from an angle to another; with `endless` the end is infinitely far away, and behind all that there is.
-// HIT: *at is where; UNSURE; else nothing was met, and at->place is that of the end.
-static inline int march(Meeting *at, const MarchMap *map, CubeArc arc, float begin, float end, bool endless)
+// Follows a ray. HIT: *at is where; UNSURE; else nothing was met, and at->place is that of the end.
+static inline int march(Meeting *at, const MarchMap *map, CubeArc arc, MarchWay way)
 {
-  int strides = (int)((end - begin) * map->texels_rad / CUBE_STRIDE) + 1;
-  float step = (end - begin) / (float)(strides * CUBE_STRIDE);
-  float2 turn = (float2)(cos(step), sin(step)), stride = turned(turned(turn, turn), turned(turn, turn));
-  float2 angle = (float2)(cos(begin), sin(begin));
+  float2 stride = turned(turned(way.turn, way.turn), turned(way.turn, way.turn)), angle = way.begin;
   float closeness = arc_closeness(&at->place, arc, angle, map), cell = map_cell(map, at->place);
   int state = MARCH_FRONT;
+  bool ends = is_past(angle, way.end) && !way.endless;
   if (closeness < cell || map->snapshot) state = march_step(MARCH_EMPTY, map, at->place, closeness);
-  for (int i = 1; i <= strides && state != MARCH_UNSURE; i++) {
+  while (!ends && state != MARCH_UNSURE) {
     float2 next = turned(angle, stride);
-    bool at_end = endless && i == strides;
+    ends = is_past(next, way.end);
+    if (ends) next = way.end;
     float ahead = arc_closeness(&at->place, arc, next, map), cell_ahead = map_cell(map, at->place);
-    if (at_end) ahead = 0;
+    if (ends && way.endless) ahead = 0;
     if (map->hull && ahead > map->cube->hull_least && hull_holds(map->hull, at->place, ahead, HULL_SLACK))
       return MARCH_UNSURE;
     if (min(closeness, ahead) < max(cell, cell_ahead)) {
       Meeting here = {at->place, next};
-      state = march_stride(&here, state, arc, angle, turn, at_end, map);
+      state = march_stride(&here, state, arc, angle, way, map);
       if (state == MARCH_HIT) *at = here;
       if (state == MARCH_HIT) return state;
     } else {
@@ -249,9 +267,14 @@ static inline int map_meet(CubePlace *place, float *t, const MarchMap *map, Cube
 {
   if (arc.straight) return march_straight(place, t, map, arc, ray.direction, t_most);
   Meeting at;
-  // A stride before the bounds the ray is before all four texels of what begins there, however steep that is.
-  float begin = t_least > 0 ? max(arc_angle(arc, t_least) - CUBE_STRIDE / map->texels_rad, 0.0f) : 0;
-  int state = march(&at, map, arc, begin, arc_angle(arc, t_most), t_most == INFINITY);
+  MarchWay way = {(float2)(1, 0), arc_angle(arc, t_most), small_turn(1 / map->texels_rad), t_most == INFINITY};
+  if (t_least > 0) {
+    // A stride before it the ray is before all four texels of what begins there, however steep that is.
+    float2 back = turned(turned(way.turn, way.turn), turned(way.turn, way.turn));
+    way.begin = turned(arc_angle(arc, t_least), (float2)(back.x, -back.y));
+    if (way.begin.y < 0) way.begin = (float2)(1, 0);
+  }
+  int state = march(&at, map, arc, way);
   *place = at.place;
   if (state == MARCH_HIT) *t = arc_distance(arc, at.angle);
   return state;
