@@ -2,16 +2,18 @@
 // face under face, so that each stage of a wave is one launch for all of them; tracing and shading are those of every
 // picture.
 //
-//   cube_rays   a ray a texel, from the centre through the texel's centre, with a component of 1 along the face's axis:
-//               t is the distance along it. With `inward_m` above 0 back to the centre, from that far along the axis
+//   cube_rays   a ray a texel, from `inward_m` along the face's axis back to the centre: t is the distance along it.
+//               Rays from the centre are those of six cameras (host/passes/cube_capture.c)
 //   cube_peel   of rays that hit an object that is left out, sends on what goes past it, packed; of all others writes
 //               hit and closeness by slot. Traced and peeled again until none is left, or as often as the host allows
+//   cube_near   closeness by slot of hits that raster found, without what is left out
 //   cube_keep   radiance and closeness of a wave into the cube's texels
 //   cube_hull   closeness of a wave of inward rays, for which all but the reflector is left out: of its outermost
 //               surface
 //   cube_cells  the cells of a cube whose texels are all there
 //
-//   Cost  a ray a texel and one more for each surface that is left out; 44 bytes written a ray, 32 a texel moved.
+//   Cost  a sample of raster a texel, or a ray and one more for each surface that is left out; 44 bytes written a ray,
+//         32 a texel moved.
 //   Fails where something touches a surface that is left out (within 1e-6 of its distance): it is passed too. What a
 //         BLEND surface lets through has the closeness of the surface.
 
@@ -42,10 +44,11 @@ kernel void cube_rays(constant CubeInfo *cube, uint first_tile, uint tile_count,
     uint tile = first_tile + slot / TILE_PIXELS % tile_count;
     float3 direction = texel_direction(cube, tile_pixel(tile, slot % TILE_PIXELS, cube_tiles(cube)));
     float3 origin = (float3)(cube->center.x, cube->center.y, cube->center.z) + direction * inward_m;
-    if (inward_m > 0) direction = -direction;
-    capture_ray_store(origin, direction, inward_m > 0 ? inward_m : INFINITY, rays, capacity, slots, slot);
+    capture_ray_store(origin, -direction, inward_m, rays, capacity, slots, slot);
   }
 }
+
+static inline float closeness_at(float distance) { return 1 / max(distance, 1 / CUBE_NO_HULL); }
 
 // Rays [0, ray_count) and what they hit; `to_hits`, `to_ids` and `closeness` are by slot, in streams of `capacity` too.
 kernel void cube_peel(constant CubeInfo *cube, uint inward, global const float *rays, global const uint *slots,
@@ -72,7 +75,7 @@ kernel void cube_peel(constant CubeInfo *cube, uint inward, global const float *
       bool past = hit && left_out[object_of_triangle(object_starts, object_count, triangle)];
       LANE_INT(passes, lane) = past ? -1 : 0;
       to_ids[at] = past ? HIT_NONE : triangle;
-      closeness[at] = !hit || past ? nothing : 1 / max(LANE_FLOAT(distance, lane), 1 / CUBE_NO_HULL);
+      closeness[at] = !hit || past ? nothing : closeness_at(LANE_FLOAT(distance, lane));
       for (uint field = 0; field < HIT_FIELD_COUNT; field++)
         to_hits[field * capacity + at] = hits[field * capacity + first + lane];
     }
@@ -82,6 +85,14 @@ kernel void cube_peel(constant CubeInfo *cube, uint inward, global const float *
     stream_append(passes, add3(origin, scale3(direction, beyond)), direction, t_max - beyond, vec3l(one, one, one),
                   slot, onward_rays, capacity, onward_slots, count);
   }
+}
+
+kernel void cube_near(global const float *hits, global const uint *ids, uint capacity, uint ray_count,
+                      global float *closeness)
+{
+  uint begin = get_global_id(0) * RAYS_PER_ITEM;
+  uint end = min(begin + RAYS_PER_ITEM, ray_count);
+  for (uint i = begin; i < end; i++) closeness[i] = ids[i] == HIT_NONE ? 0 : closeness_at(hits[HIT_T * capacity + i]);
 }
 
 // Adds `share` of the samples of a wave; texels begin at 0.

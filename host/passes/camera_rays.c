@@ -64,22 +64,22 @@ CameraInfo camera_info_blocks(const CameraInfo *camera, uint32_t block_px)
 
 Status camera_rays_make(CameraRays *out, Device *device, const CameraInfo *info, uint32_t samples, Log *log)
 {
-  return camera_rays_make_views(out, device, info, 1, samples, log);
+  float(*offsets)[2] = malloc(samples * sizeof *offsets);
+  if (!offsets) return log_no_memory(log, "samples");
+  sample_pattern(offsets, samples);
+  Status status = camera_rays_make_views(out, device, info, 1, (const float(*)[2])offsets, samples, log);
+  free(offsets);
+  return status;
 }
 
 Status camera_rays_make_views(CameraRays *out, Device *device, const CameraInfo *views, uint32_t view_count,
-                              uint32_t samples, Log *log)
+                              const float (*offsets)[2], uint32_t samples, Log *log)
 {
   Status status = STATUS_OK;
   CameraRays camera = {.info = views[0], .view_count = view_count};
-  float(*offsets)[2] = malloc(samples * sizeof *offsets);
   camera.views = malloc(view_count * sizeof *views);
-  if (!offsets || !camera.views) {
-    status = log_no_memory(log, "samples");
-    goto done;
-  }
+  if (!camera.views) return log_no_memory(log, "camera");
   memcpy(camera.views, views, view_count * sizeof *views);
-  sample_pattern(offsets, samples);
   TRY(program_build(&camera.program, device, "rays/ray_generate.cl", "", log));
   TRY(program_kernel(&camera.kernel, camera.program, "ray_generate", log));
   TRY(buffer_create(&camera.cameras, device, view_count * sizeof *views, views, "camera", log));
@@ -88,7 +88,6 @@ Status camera_rays_make_views(CameraRays *out, Device *device, const CameraInfo 
   camera = (CameraRays){0};
 
 done:
-  free(offsets);
   camera_rays_free(&camera);
   return status;
 }

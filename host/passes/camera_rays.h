@@ -40,9 +40,9 @@ CameraInfo camera_info_blocks(const CameraInfo *camera, uint32_t block_px);
 
 Status camera_rays_make(CameraRays *out, Device *device, const CameraInfo *info, uint32_t samples, Log *log);
 
-// For a picture of several views (shared/camera.h).
+// For a picture of several views (shared/camera.h) and positions of samples in their pixels, [samples].
 Status camera_rays_make_views(CameraRays *out, Device *device, const CameraInfo *views, uint32_t view_count,
-                              uint32_t samples, Log *log);
+                              const float (*offsets)[2], uint32_t samples, Log *log);
 void camera_rays_free(CameraRays *camera);
 
 // Rows of tiles of all views.

@@ -1,5 +1,8 @@
 #include "passes/cube_capture.h"
 
+#include <math.h>
+#include <stdlib.h>
+
 #include "passes/scene_args.h"
 #include "shared/stream.h"
 
@@ -11,6 +14,7 @@ Status cube_capture_make(CubeCapture *out, Device *device, const DeviceScene *sc
   TRY(program_build(&program, device, "capture/cube_capture.cl", "", log));
   TRY(program_kernel(&capture.rays, program, "cube_rays", log));
   TRY(program_kernel(&capture.peel, program, "cube_peel", log));
+  TRY(program_kernel(&capture.near, program, "cube_near", log));
   TRY(program_kernel(&capture.keep, program, "cube_keep", log));
   TRY(program_kernel(&capture.hull, program, "cube_hull", log));
   TRY(program_kernel(&capture.cells, program, "cube_cells", log));
@@ -19,6 +23,13 @@ Status cube_capture_make(CubeCapture *out, Device *device, const DeviceScene *sc
   TRY(buffer_create(&capture.closeness, device, capacity * sizeof(float), NULL, "cube map", log));
   TRY(buffer_create(&capture.count, device, sizeof(uint32_t), NULL, "cube map", log));
   TRY(hit_stream_make(&capture.hits, device, capacity, log));
+  size_t bytes = ((size_t)scene->object_count + 1) * sizeof *capture.object_starts;
+  capture.object_starts = malloc(bytes);
+  if (!capture.object_starts) {
+    status = log_no_memory(log, "cube map");
+    goto done;
+  }
+  TRY(buffer_read(device, &scene->object_starts, capture.object_starts, bytes, log));
   *out = capture;
   capture = (CubeCapture){0};
 
@@ -31,6 +42,7 @@ void cube_capture_free(CubeCapture *capture)
 {
   kernel_free(&capture->rays);
   kernel_free(&capture->peel);
+  kernel_free(&capture->near);
   kernel_free(&capture->keep);
   kernel_free(&capture->hull);
   kernel_free(&capture->cells);
@@ -39,7 +51,43 @@ void cube_capture_free(CubeCapture *capture)
   buffer_free(&capture->closeness);
   buffer_free(&capture->count);
   hit_stream_free(&capture->hits);
+  camera_rays_free(&capture->views);
+  raster_visibility_free(&capture->raster);
+  free(capture->object_starts);
   *capture = (CubeCapture){0};
+}
+
+void cube_cameras(CameraInfo out[CUBE_FACES], uint32_t size, Vec3 center_world)
+{
+  const float edge = 1 - 1e-6f, scale = 2 * edge / (float)(size - 1);
+  for (int face = 0; face < CUBE_FACES; face++) {
+    const float sign = face % 2 ? -1 : 1;
+    float axes[3][3] = {{0}};
+    for (int i = 0; i < 3; i++) axes[i][(face / 2 + i) % 3] = 1;
+    out[face] = (CameraInfo){.position = {(float)center_world.x, (float)center_world.y, (float)center_world.z},
+                             .forward = {sign * axes[0][0], sign * axes[0][1], sign * axes[0][2]},
+                             .right = {axes[1][0], axes[1][1], axes[1][2]},
+                             .down = {axes[2][0], axes[2][1], axes[2][2]},
+                             .scale = scale,
+                             .center_x = edge + 0.5f * scale,
+                             .center_y = edge + 0.5f * scale,
+                             .far_m = INFINITY,
+                             .width = size,
+                             .height = size,
+                             .tiles_per_row = size / TILE_SIZE};
+  }
+}
+
+static Status faces_aim(CubeCapture *capture, Device *device, const CubeInfo *cube, Log *log)
+{
+  CameraInfo views[CUBE_FACES];
+  float offsets[CUBE_SAMPLES_MOST][2];
+  for (int i = 0; i < CUBE_SAMPLES_MOST; i++) offsets[i][0] = offsets[i][1] = 0.5f;
+  const Float3 at = cube->center;
+  cube_cameras(views, cube->size, vec3((double)at.x, (double)at.y, (double)at.z));
+  camera_rays_free(&capture->views);
+  return camera_rays_make_views(&capture->views, device, views, CUBE_FACES, (const float(*)[2])offsets,
+                                CUBE_SAMPLES_MOST, log);
 }
 
 Status cube_capture_aim(CubeCapture *capture, Device *device, const DeviceScene *scene, const CubeInfo *cube,
@@ -48,6 +96,41 @@ Status cube_capture_aim(CubeCapture *capture, Device *device, const DeviceScene 
   Status status = STATUS_OK;
   TRY(buffer_write(device, &capture->info, cube, sizeof *cube, log));
   TRY(buffer_write(device, &capture->left_out, left_out, scene->object_count * sizeof *left_out, log));
+  TRY(faces_aim(capture, device, cube, log));
+  capture->by_raster = false;
+
+done:
+  return status;
+}
+
+// Triangles of objects that are left out, as ranges. Returns how many, or more than there is room for.
+static uint32_t ranges_find(uint32_t ranges[CUBE_RANGES_MOST][2], const uint32_t *object_starts,
+                            const uint32_t *left_out, uint32_t object_count)
+{
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < object_count; i++) {
+    if (!left_out[i]) continue;
+    bool goes_on = count && ranges[count - 1][1] == object_starts[i];
+    if (!goes_on && count == CUBE_RANGES_MOST) return CUBE_RANGES_MOST + 1;
+    if (!goes_on) ranges[count++][0] = object_starts[i];
+    ranges[count - 1][1] = object_starts[i + 1];
+  }
+  return count;
+}
+
+Status cube_capture_raster(CubeCapture *capture, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                           const uint32_t *left_out, uint32_t capacity, Log *log)
+{
+  Status status = STATUS_OK;
+  const RasterOptions options = {.views = CUBE_FACES};
+  uint32_t ranges[CUBE_RANGES_MOST][2];
+  uint32_t count = ranges_find(ranges, capture->object_starts, left_out, scene->object_count);
+  if (count > CUBE_RANGES_MOST) return STATUS_OK;
+  if (!capture->raster.views.memory && !capture->raster.hidden.memory)
+    TRY(raster_visibility_make(&capture->raster, device, scene, triangles, &options, log));
+  TRY(raster_visibility_hide(&capture->raster, device, (const uint32_t(*)[2])ranges, count, log));
+  TRY(raster_visibility_aim(&capture->raster, device, &capture->views, CUBE_SAMPLES_MOST, capacity, log));
+  capture->by_raster = true;
 
 done:
   return status;
@@ -57,6 +140,7 @@ Status cube_capture_rays(const CubeCapture *capture, Device *device, const Wave 
                          const RayStream *stream, Log *log)
 {
   uint32_t rays = wave_rays(wave);
+  if (inward_m == 0) return camera_rays_generate(&capture->views, device, wave, stream, log);
   return device_launch(device, &capture->rays, work_items(device, rays), rays, "generate rays of a cube map",
                        ARGS(ARG_BUFFER(capture->info), ARG(wave->first_tile), ARG(wave->tile_count), ARG(rays),
                             ARG(inward_m), ARG_BUFFER(stream->rays), ARG(stream->capacity), ARG_BUFFER(stream->slots)),
@@ -98,6 +182,21 @@ Status cube_capture_trace(const CubeCapture *capture, const Tracer *tracer, Devi
                       log));
     TRY(rays_peel(capture, device, scene, inward, from, &count, &capture->hits, hits, onward, log));
   }
+
+done:
+  return status;
+}
+
+Status cube_capture_see(CubeCapture *capture, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                        const Wave *wave, const HitStream *hits, uint32_t capacity, Log *log)
+{
+  Status status = STATUS_OK;
+  uint32_t rays = wave_rays(wave);
+  TRY(raster_visibility(&capture->raster, device, scene, triangles, &capture->views, wave, hits, capacity, log));
+  TRY(device_launch(
+      device, &capture->near, work_items(device, rays), rays, "keep how close a cube map's texels are",
+      ARGS(ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids), ARG(capacity), ARG(rays), ARG_BUFFER(capture->closeness)),
+      log));
 
 done:
   return status;

@@ -160,11 +160,13 @@ static Status bins_draw(RasterVisibility *raster, Device *device, const DeviceSc
   Status status = STATUS_OK;
   const CameraInfo *info = &camera->info;
   uint32_t all_rows = divide_up(info->height, RASTER_BIN_PX), view_bins = raster->columns * all_rows;
-  uint32_t first_bin = 0, end_bin = view_bins * raster->view_count;
+  uint32_t first_bin = 0, end_bin = view_bins * raster->view_count, last_tile = wave->first_tile + wave->tile_count - 1;
   if (raster->view_count == 1) {
     first_bin = larger(bin_of(raster, info, wave->first_tile), wave_row * raster->columns);
-    end_bin = smaller(bin_of(raster, info, wave->first_tile + wave->tile_count - 1) + 1,
-                      (wave_row + wave_rows) * raster->columns);
+    end_bin = smaller(bin_of(raster, info, last_tile) + 1, (wave_row + wave_rows) * raster->columns);
+  } else if (info->width % RASTER_BIN_PX == 0 && info->height % RASTER_BIN_PX == 0) {  // no bin has parts of two views
+    first_bin = wave->first_tile / (BIN_TILES * BIN_TILES);
+    end_bin = last_tile / (BIN_TILES * BIN_TILES) + 1;
   }
   uint32_t bin_count = end_bin - first_bin, pass_chunks = raster->pass_chunks / raster->view_count;
   bool whole = raster->pass_rows == all_rows;

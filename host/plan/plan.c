@@ -42,6 +42,8 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
   if (!reflect) deep = REFLECTIONS_NONE;
   uint32_t depths = reflect ? settings->max_depth : 0;
   if (deep == REFLECTIONS_NONE && depths > 1) depths = 1;
+  CubeOptions cubes = settings->cubes;
+  cubes.visibility = settings->primary;
   return (Plan){
       .lighting = settings->lighting,
       .primary = primary_choose(settings->primary, &cost),
@@ -52,7 +54,7 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
       .reflected_rays = reflect,
       .reflections = first,
       .deep_reflections = deep,
-      .cubes = settings->cubes,
+      .cubes = cubes,
       .lobes = environment_light == ENVIRONMENT_LIGHT_SAMPLED || (reflect && max_roughness > 0),
       .transmitted_rays = facts->has_blends,
       .environment_light = environment_light,

@@ -72,7 +72,8 @@ typedef struct CubeOptions {
   uint64_t max_bytes;  // that all of them may take; 0: a quarter of the device's memory, at most 512 MB
   // What is so near a cube's centre is listed (plan/near_list.h); 0: by plan/cube_error.h.
   float near_radius_m;
-  uint32_t complex_from;  // triangles from which MIXED photographs an object; 0: COMPLEX_FROM_TRIANGLES
+  PrimaryMethod visibility;  // set by plan_make: how cubes see; AUTO: for each by cost
+  uint32_t complex_from;     // triangles from which MIXED photographs an object; 0: COMPLEX_FROM_TRIANGLES
 } CubeOptions;
 
 // Who chooses a method that is not named: the plan, or it is always the most accurate one.

@@ -47,10 +47,12 @@ static uint32_t hash_pcg(uint32_t x)
 Bounce bounce_first(const Frame *frame, const Wave *wave)
 {
   // Raster finds what they hit without a stream of them.
-  bool from_camera =
-      frame->request.plan.primary == PRIMARY_RASTER && !frame->capturing && !(frame->request.aovs & AOV_SET_SURFACE);
-  return (Bounce){
-      .count = wave_rays(wave), .first = true, .from_camera = from_camera, .path = hash_pcg(frame->request.seed)};
+  bool by_raster = frame->request.plan.primary == PRIMARY_RASTER;
+  if (frame->capturing) by_raster = frame->cube_capture.by_raster && !frame->photographing;
+  return (Bounce){.count = wave_rays(wave),
+                  .first = true,
+                  .from_camera = by_raster && !(frame->request.aovs & AOV_SET_SURFACE),
+                  .path = hash_pcg(frame->request.seed)};
 }
 
 static uint32_t environment_light_of(EnvironmentLightMethod method)
@@ -76,7 +78,7 @@ static ShadeInfo shade_info(const Frame *frame, const Wave *wave, const Bounce *
   const uint32_t depth = bounce->depth;
   const FrameRequest *request = &frame->request;
   const Plan *plan = &request->plan;
-  const CameraInfo *camera = &frame->camera.info;
+  const CameraInfo *camera = &frame_camera(frame)->info;
   const bool reflects = plan->reflected_rays && depth < plan->max_depth;
   const bool by_image = frame->shader.environment_table.bytes > 0;
   return (ShadeInfo){
@@ -103,7 +105,7 @@ static ShadeInfo shade_info(const Frame *frame, const Wave *wave, const Bounce *
       .tile_count = wave->tile_count,
       .first_sample = wave->first_sample,
       .tiles_per_row = camera->tiles_per_row,
-      .tile_rows = camera_tile_rows(&frame->camera),
+      .tile_rows = camera_tile_rows(frame_camera(frame)),
       .crop_x = camera->crop_x,
       .crop_y = camera->crop_y,
       .light_radius_m = plan->shadow_options.light_radius_m,
@@ -214,6 +216,9 @@ static Status first_hits_find(Frame *frame, const Wave *wave, const Bounce *boun
     stream_give_back(frame, spare);
     return STATUS_OK;
   }
+  if (frame->capturing && frame->cube_capture.by_raster)
+    return cube_capture_see(&frame->cube_capture, device, frame->scene, &frame->raster_scene, wave, &frame->hits,
+                            frame->capacity, log);
   if (frame->capturing) {
     RayStream *spare[2] = {&frame->no_rays, &frame->no_rays};
     for (int i = 0; i < 2; i++) TRY(stream_take(&spare[i], frame, true, log));
@@ -313,7 +318,7 @@ Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounc
   TRY(stream_take(&reflected, frame, info.reflect, log));
   TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
   ShadeStreams streams = {bounce->rays, &frame->hits,     &frame->shadow,      reflected,
-                          transmitted,  &frame->radiance, &frame->shadow_maps, &frame->camera};
+                          transmitted,  &frame->radiance, &frame->shadow_maps, frame_camera(frame)};
   TRY(hits_find(frame, wave, &own, &listed, coherence, log));
   if (bounce->first && request->aovs & AOV_SET_SURFACE)
     TRY(film_aov(&frame->film, device, frame->scene, &frame->camera, wave, bounce->rays, &frame->hits, log));

@@ -177,7 +177,8 @@ static Status kernels_compile(Frame *frame, Log *log)
   TRY(trace_compile(frame, RAYS_COHERENT, log));
   if (plan->lobes) TRY(trace_compile(frame, RAYS_INCOHERENT, log));
   TRY(shade_compile(frame, log));
-  if (plan->primary == PRIMARY_RASTER) TRY(raster_compile(frame, &wave, log));
+  bool cubes = plan_uses_cubes(plan) && plan->cubes.visibility != PRIMARY_RAYS;
+  if (plan->primary == PRIMARY_RASTER || cubes) TRY(raster_compile(frame, &wave, log));
 
 done:
   return status;

@@ -24,6 +24,11 @@ static uint32_t capacity_apart(uint32_t capacity)
   return (capacity + PAGE_FLOATS - 1) / PAGE_FLOATS * PAGE_FLOATS + SHIFT_FLOATS;
 }
 
+const CameraRays *frame_camera(const Frame *frame)
+{
+  return frame->capturing && !frame->photographing ? &frame->cube_capture.views : &frame->camera;
+}
+
 static Status aov_sums_make(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
@@ -47,7 +52,8 @@ static Status raster_make(Frame *frame, Log *log)
   const RasterOptions options = {0};
   const Plan *plan = &frame->request.plan;
   bool raster = plan->primary == PRIMARY_RASTER, maps = plan_uses_shadow_maps(plan);
-  if (raster || maps) TRY(raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &options, log));
+  bool cubes = plan_uses_cubes(plan) && plan->cubes.visibility != PRIMARY_RAYS;
+  if (raster || maps || cubes) TRY(raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &options, log));
   TRY(shadow_maps_make(&frame->shadow_maps, frame->device, frame->scene, &frame->raster_scene, plan,
                        &frame->camera.info, log));
   if (plan->shadows == SHADOWS_HYBRID)
@@ -147,10 +153,8 @@ Status frame_render_wave(Frame *frame, const Wave *wave, Log *log)
   TRY(stream_take(&bounce.rays, frame, !bounce.from_camera, log));
   if (frame->photographing)
     TRY(snapshot_capture_rays(&frame->snapshot_capture, frame->device, wave, bounce.rays, log));
-  else if (frame->capturing)
-    TRY(cube_capture_rays(&frame->cube_capture, frame->device, wave, 0, bounce.rays, log));
   else if (!bounce.from_camera)
-    TRY(camera_rays_generate(&frame->camera, frame->device, wave, bounce.rays, log));
+    TRY(camera_rays_generate(frame_camera(frame), frame->device, wave, bounce.rays, log));
   TRY(buffer_zero(frame->device, &frame->radiance, log));
   waiting[waiting_count++] = bounce;
   while (waiting_count > 0) {

@@ -86,6 +86,9 @@ typedef struct Frame {
   DeviceBuffer direct_sums;                          // of all that camera rays see, for AOV_SET_REFLECTION
 } Frame;
 
+// The camera of the waves that are rendered: the picture's, or a cube map's.
+const CameraRays *frame_camera(const Frame *frame);
+
 Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const FrameRequest *request, Log *log);
 void frame_free(Frame *frame);
 

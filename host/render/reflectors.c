@@ -213,10 +213,20 @@ done:
   return status;
 }
 
+// Is raster the cheaper way to find what a cube sees?
+static bool cube_by_raster(const Frame *frame, const CubeInfo *cube)
+{
+  const PrimaryFacts facts = {.triangles = frame->scene->triangle_count,
+                              .pixels = CUBE_TEXELS((uint64_t)cube->size),
+                              .samples = 1,
+                              .gpu = device_info(frame->device)->is_gpu};
+  PrimaryCost cost = primary_cost(&facts);
+  return primary_choose(frame->request.plan.cubes.visibility, &cost) == PRIMARY_RASTER;
+}
+
 // Draws all cubes with the frame's own streams and shader; the frame is put back as it was.
 static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Log *log)
 {
-  enum { SAMPLES_MOST = 16 };
   Status status = STATUS_OK;
   const FrameRequest request = frame->request;
   const CameraInfo camera = frame->camera.info;
@@ -226,7 +236,7 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
                    request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO || request.plan.shadows == SHADOWS_AREA ||
                    request.plan.max_roughness > 0;
   const bool marched = marches(&request.plan), lists = plan_uses_lists(&request.plan);
-  const uint32_t samples = by_chance ? smaller(request.samples, SAMPLES_MOST) : 1;
+  const uint32_t samples = by_chance ? smaller(request.samples, CUBE_SAMPLES_MOST) : 1;
   uint32_t *left_out = calloc((size_t)objects + 1, sizeof *left_out);
   if (!left_out) return log_no_memory(log, "cube maps");
   frame->capturing = true;
@@ -239,6 +249,9 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object == cubes[i].object;
     near_objects_mark(&frame->near_objects, i, left_out);
     TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], left_out, log));
+    if (cube_by_raster(frame, &cubes[i]))
+      TRY(cube_capture_raster(&frame->cube_capture, frame->device, frame->scene, &frame->raster_scene, left_out,
+                              frame->capacity, log));
     TRY(capture_waves(frame, cubes[i].size, CUBE_FACES * cubes[i].size, samples, cube_keep, log));
     if (!marched) continue;
     TRY(cube_capture_cells(&frame->cube_capture, frame->device, cubes[i].size, &frame->cube_reflect.texels,

@@ -55,29 +55,33 @@ static double ours_run_ms(Bench *bench, Stage stage)
   return clock_ms() - begin_ms;
 }
 
-static void shaded_by_peer(Bench *bench)
+static GlSpot peer_light(const Bench *bench)
 {
   const LightInfo *light = bench->ours.lit_scene.light_infos;
-  const Float3 eye = bench->ours.camera.info.position;
-  const GlSpot spot = {{light->position.x, light->position.y, light->position.z},
-                       {light->direction.x, light->direction.y, light->direction.z},
-                       light->radiant.x,
-                       light->spot_scale,
-                       light->spot_offset};
-  gl_peer_shaded(bench->peer, WIDTH, HEIGHT, &bench->ours.views.gl_camera, (float[3]){eye.x, eye.y, eye.z},
-                 &bench->ours.views.gl_light, &spot);
+  return (GlSpot){{light->position.x, light->position.y, light->position.z},
+                  {light->direction.x, light->direction.y, light->direction.z},
+                  light->radiant.x,
+                  light->spot_scale,
+                  light->spot_offset};
 }
 
 static double theirs_run_ms(Bench *bench, Stage stage)
 {
   GlPeer *peer = bench->peer;
+  const RasterViews *views = &bench->ours.views;
+  const Float3 at = bench->ours.camera.info.position;
+  const float eye[3] = {at.x, at.y, at.z};
+  const GlSpot light = peer_light(bench);
   double begin_ms = clock_ms();
-  if (stage == MAP_1024) gl_peer_depth_map(peer, map_px[0], &bench->ours.views.gl_light, 0);
-  if (stage == MAP_2048 || stage == FRAME)
-    gl_peer_depth_map(peer, map_px[1], &bench->ours.views.gl_light, stage == FRAME ? 3 : 0);
-  if (stage == CUBE) gl_peer_cube(peer, CUBE_PX, bench->ours.views.gl_faces);
-  if (stage == VISIBILITY) gl_peer_ids(peer, WIDTH, HEIGHT, &bench->ours.views.gl_camera);
-  if (stage == SHADED || stage == FRAME) shaded_by_peer(bench);
+  if (stage == MAP_1024) gl_peer_depth_map(peer, map_px[0], &views->gl_light, 0);
+  if (stage == MAP_2048 || stage == FRAME) gl_peer_depth_map(peer, map_px[1], &views->gl_light, stage == FRAME ? 3 : 0);
+  if (stage == CUBE) gl_peer_cube(peer, CUBE_PX, views->gl_faces);
+  if (stage == VISIBILITY) gl_peer_ids(peer, WIDTH, HEIGHT, &views->gl_camera);
+  if (stage == SHADED || stage == FRAME)
+    gl_peer_shaded(peer, WIDTH, HEIGHT, &views->gl_camera, eye, &views->gl_light, &light);
+  if (stage >= CAPTURE_256)
+    gl_peer_captured(peer, capture_px[stage - CAPTURE_256], views->gl_faces, views->cube_center, &views->gl_light,
+                     &light);
   gl_peer_finish(peer);
   return clock_ms() - begin_ms;
 }

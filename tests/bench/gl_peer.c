@@ -23,7 +23,7 @@ struct GlPeer {
   GLuint depth_program, id_program, surface_programs[2], copy_program;  // surfaces: without a texture, with one
   GLuint materials, textures[GL_PEER_TEXTURES];
   GlRange ranges[GL_PEER_TEXTURES + 1];
-  Target map, camera, faces[6], copy;
+  Target map, camera, faces[6], captured[6], copy;
   char name[256];
 };
 
@@ -398,16 +398,29 @@ static void range_draw(GlPeer *peer, int range, const GlView *view, const float 
                  (const char *)NULL + 3 * draw.first * sizeof(uint32_t));
 }
 
-void gl_peer_shaded(GlPeer *peer, uint32_t width, uint32_t height, const GlView *view, const float eye[3],
-                    const GlView *light, const GlSpot *spot)
+static void target_shade(GlPeer *peer, Target *target, uint32_t width, uint32_t height, const GlView *view,
+                         const float eye[3], const GlView *light, const GlSpot *spot)
 {
-  target_need(&peer->camera, width, height, GL_RGBA16F);
+  target_need(target, width, height, GL_RGBA16F);
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, peer->materials);
   glBindVertexArray(peer->surface_array);
   compare_set(peer->map.depth, true);
-  target_clear(&peer->camera);
+  target_clear(target);
   for (int range = 0; range <= GL_PEER_TEXTURES; range++) range_draw(peer, range, view, eye, light, spot);
   glBindVertexArray(peer->array);
+}
+
+void gl_peer_shaded(GlPeer *peer, uint32_t width, uint32_t height, const GlView *view, const float eye[3],
+                    const GlView *light, const GlSpot *spot)
+{
+  target_shade(peer, &peer->camera, width, height, view, eye, light, spot);
+}
+
+void gl_peer_captured(GlPeer *peer, uint32_t size_px, const GlView views[6], const float eye[3], const GlView *light,
+                      const GlSpot *spot)
+{
+  for (int face = 0; face < 6; face++)
+    target_shade(peer, &peer->captured[face], size_px, size_px, &views[face], eye, light, spot);
 }
 
 void gl_peer_finish(GlPeer *peer) { glFinish(); }

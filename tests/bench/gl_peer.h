@@ -81,6 +81,9 @@ void gl_peer_ids(GlPeer *peer, uint32_t width, uint32_t height, const GlView *vi
 // map must have been drawn before.
 void gl_peer_shaded(GlPeer *peer, uint32_t width, uint32_t height, const GlView *view, const float eye[3],
                     const GlView *light, const GlSpot *spot);
+// The same of six square views from one eye, with their depths.
+void gl_peer_captured(GlPeer *peer, uint32_t size_px, const GlView views[6], const float eye[3], const GlView *light,
+                      const GlSpot *spot);
 
 // Waits until all that is queued has been drawn.
 void gl_peer_finish(GlPeer *peer);

@@ -4,13 +4,14 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "passes/cube_capture.h"
 #include "shared/depth_map.h"
 #include "shared/raster.h"
 #include "shared/stream.h"
 
-const uint32_t map_px[MAPS] = {1024, 2048};
-const char *const stage_names[STAGES] = {"depth map 1024",   "depth map 2048",     "cube 6 x 256",
-                                         "visibility 1080p", "shaded 1080p + PCF", "whole frame"};
+const uint32_t map_px[MAPS] = {1024, 2048}, capture_px[CAPTURES] = {256, 512};
+const char *const stage_names[STAGES] = {"depth map 1024",     "depth map 2048", "cube 6 x 256",    "visibility 1080p",
+                                         "shaded 1080p + PCF", "whole frame",    "capture 6 x 256", "capture 6 x 512"};
 
 static Status depth_draw(RasterStages *stages, RasterDepth *raster, const RasterView *views, uint32_t count)
 {
@@ -42,6 +43,22 @@ done:
   return status;
 }
 
+// Radiance by slot of all faces, and what the hits keep of their depth.
+static Status capture_draw(Frame *frame, Log *log)
+{
+  Status status = STATUS_OK;
+  uint32_t tiles = frame->camera.info.tiles_per_row * camera_tile_rows(&frame->camera);
+  uint32_t most = frame->capacity / TILE_PIXELS;
+  TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->camera, 1, frame->capacity, log));
+  for (uint32_t tile = 0; tile < tiles; tile += most) {
+    Wave wave = {tile, tiles - tile < most ? tiles - tile : most, 0, 1};
+    TRY(frame_render_wave(frame, &wave, log));
+  }
+
+done:
+  return status;
+}
+
 Status raster_stage_run(RasterStages *stages, Stage stage)
 {
   Status status = STATUS_OK;
@@ -51,7 +68,28 @@ Status raster_stage_run(RasterStages *stages, Stage stage)
   if (stage == FRAME) TRY(map_draw(stages, 1));
   if (stage == VISIBILITY) TRY(visibility_draw(stages));
   if (stage == SHADED || stage == FRAME) TRY(frame_render(&stages->frame, log));
+  if (stage >= CAPTURE_256) TRY(capture_draw(&stages->captures[stage - CAPTURE_256], log));
   TRY(device_finish(stages->base.device, log));
+
+done:
+  return status;
+}
+
+// The same frame for a camera of six views.
+static Status capture_prepare(Frame *out, RasterStages *stages, const FrameRequest *request, uint32_t size)
+{
+  Status status = STATUS_OK;
+  Device *device = stages->base.device;
+  Log *log = &stages->base.log;
+  CameraInfo views[6];
+  const float center[1][2] = {{0.5f, 0.5f}};
+  const RasterOptions options = {.views = 6};
+  TRY(frame_make(out, device, &stages->lit_scene, request, log));
+  cube_cameras(views, size, vec3_from_floats(stages->views.cube_center));
+  camera_rays_free(&out->camera);
+  TRY(camera_rays_make_views(&out->camera, device, views, 6, center, 1, log));
+  raster_visibility_free(&out->raster);
+  TRY(raster_visibility_make(&out->raster, device, &stages->lit_scene, &out->raster_scene, &options, log));
 
 done:
   return status;
@@ -86,6 +124,7 @@ static Status frame_prepare(RasterStages *stages)
   scene->light_count = 1;
   TRY(device_scene_make(&stages->lit_scene, stages->base.device, scene, NULL, &stages->base.log));
   TRY(frame_make(&stages->frame, stages->base.device, &stages->lit_scene, &request, &stages->base.log));
+  for (int i = 0; i < CAPTURES; i++) TRY(capture_prepare(&stages->captures[i], stages, &request, capture_px[i]));
 
 done:
   *scene = kept;
@@ -139,6 +178,7 @@ void raster_stages_close(RasterStages *stages)
   for (int i = 0; i < MAPS; i++) raster_depth_free(&stages->maps[i]);
   raster_scene_free(&stages->triangles);
   frame_free(&stages->frame);
+  for (int i = 0; i < CAPTURES; i++) frame_free(&stages->captures[i]);
   device_scene_free(&stages->lit_scene);
   bench_scene_close(&stages->base);
 }

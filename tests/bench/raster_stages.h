@@ -7,10 +7,10 @@
 #include "passes/raster_visibility.h"
 #include "render/frame.h"
 
-enum { WIDTH = 1920, HEIGHT = 1080, PIXELS = WIDTH * HEIGHT, MAPS = 2, CUBE_PX = 256 };
-extern const uint32_t map_px[MAPS];
+enum { WIDTH = 1920, HEIGHT = 1080, PIXELS = WIDTH * HEIGHT, MAPS = 2, CUBE_PX = 256, CAPTURES = 2 };
+extern const uint32_t map_px[MAPS], capture_px[CAPTURES];
 
-typedef enum Stage { MAP_1024, MAP_2048, CUBE, VISIBILITY, SHADED, FRAME, STAGES } Stage;
+typedef enum Stage { MAP_1024, MAP_2048, CUBE, VISIBILITY, SHADED, FRAME, CAPTURE_256, CAPTURE_512, STAGES } Stage;
 extern const char *const stage_names[STAGES];
 
 // A scene, every triangle of it opaque and double-sided, and the passes that draw it.
@@ -21,8 +21,9 @@ typedef struct RasterStages {
   RasterVisibility visibility;
   CameraRays camera;
   HitStream hits;
-  DeviceScene lit_scene;  // with the light of `views` alone
-  Frame frame;            // of it
+  DeviceScene lit_scene;     // with the light of `views` alone
+  Frame frame;               // of it
+  Frame captures[CAPTURES];  // the same for a camera of six views, wave by wave
   RasterViews views;
   uint32_t tiles;
 } RasterStages;
@@ -35,7 +36,8 @@ void raster_stages_close(RasterStages *stages);
 // Runs one and waits for it. A depth map from a light that sees the whole scene; the six faces of a cube, depth alone,
 // by one view table; what the file's camera sees at 1080p as the hit stream that shading reads; the same shaded by one
 // light with 3 x 3 compares of its depth map of 2048, all that a render does from the wave of camera rays to the sums
-// of the picture; the whole frame: that depth map and the shaded camera.
+// of the picture; the whole frame: that depth map and the shaded camera; cubes as reflections capture them, radiance
+// and depth, by the same light.
 Status raster_stage_run(RasterStages *stages, Stage stage);
 
 // Mean time of each kernel since span `first`, over `rounds`.

@@ -62,6 +62,9 @@ void raster_views_aim(RasterViews *out, const Scene *scene, const CameraInfo *ca
 
   Vec3 eye = vec3(camera->position.x, camera->position.y, camera->position.z);
   Vec3 middle = vec3_scale(vec3_add(eye, center), 0.5);
+  out->cube_center[0] = (float)middle.x;
+  out->cube_center[1] = (float)middle.y;
+  out->cube_center[2] = (float)middle.z;
   for (int face = 0; face < 6; face++) {
     double axes[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     const double *forward = axes[face], *beside = axes[(face + 2) % 6];

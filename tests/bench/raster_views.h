@@ -8,7 +8,7 @@
 typedef struct RasterViews {
   RasterView light, faces[6];
   GlView gl_light, gl_faces[6], gl_camera;
-  float light_position[3];
+  float light_position[3], cube_center[3];
 } RasterViews;
 
 // A light from which the whole scene is seen, for maps of map_px; the faces of a cube halfway between the eye and the

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "plan/samples.h"
 #include "shared/stream.h"
 #include "support/gltf_build.h"
 #include "support/oracle_scene.h"
@@ -133,7 +134,11 @@ static void shooting_begin(Shooting *out, const RasterShot *shot)
   const CameraInfo *views = shot->view_count ? shot->views : &info;
   uint32_t view_count = shot->view_count ? shot->view_count : 1;
   *out = (Shooting){0};
-  raster_assert_ok(camera_rays_make_views(&out->camera, device, views, view_count, shot->samples, &raster_log));
+  float(*offsets)[2] = oracle_array(shot->samples, sizeof *offsets);
+  sample_pattern(offsets, shot->samples);
+  raster_assert_ok(camera_rays_make_views(&out->camera, device, views, view_count, (const float(*)[2])offsets,
+                                          shot->samples, &raster_log));
+  free(offsets);
   out->tiles = views->tiles_per_row * camera_tile_rows(&out->camera);
   out->wave_tiles = shot->wave_tiles ? shot->wave_tiles : out->tiles;
   out->capacity = out->wave_tiles * TILE_PIXELS;
