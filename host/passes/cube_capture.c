@@ -57,7 +57,7 @@ void cube_capture_free(CubeCapture *capture)
   *capture = (CubeCapture){0};
 }
 
-void cube_cameras(CameraInfo out[CUBE_FACES], uint32_t size, Vec3 center_world)
+void cube_cameras(CameraInfo out[CUBE_FACES], uint32_t size, Vec3 center_world, float near_m)
 {
   const float edge = 1 - 1e-6f, scale = 2 * edge / (float)(size - 1);
   for (int face = 0; face < CUBE_FACES; face++) {
@@ -71,6 +71,7 @@ void cube_cameras(CameraInfo out[CUBE_FACES], uint32_t size, Vec3 center_world)
                              .scale = scale,
                              .center_x = edge + 0.5f * scale,
                              .center_y = edge + 0.5f * scale,
+                             .near_m = near_m,
                              .far_m = INFINITY,
                              .width = size,
                              .height = size,
@@ -78,25 +79,25 @@ void cube_cameras(CameraInfo out[CUBE_FACES], uint32_t size, Vec3 center_world)
   }
 }
 
-static Status faces_aim(CubeCapture *capture, Device *device, const CubeInfo *cube, Log *log)
+static Status faces_aim(CubeCapture *capture, Device *device, const CubeInfo *cube, float near_m, Log *log)
 {
   CameraInfo views[CUBE_FACES];
   float offsets[CUBE_SAMPLES_MOST][2];
   for (int i = 0; i < CUBE_SAMPLES_MOST; i++) offsets[i][0] = offsets[i][1] = 0.5f;
   const Float3 at = cube->center;
-  cube_cameras(views, cube->size, vec3((double)at.x, (double)at.y, (double)at.z));
+  cube_cameras(views, cube->size, vec3((double)at.x, (double)at.y, (double)at.z), near_m);
   camera_rays_free(&capture->views);
   return camera_rays_make_views(&capture->views, device, views, CUBE_FACES, (const float(*)[2])offsets,
                                 CUBE_SAMPLES_MOST, log);
 }
 
 Status cube_capture_aim(CubeCapture *capture, Device *device, const DeviceScene *scene, const CubeInfo *cube,
-                        const uint32_t *left_out, Log *log)
+                        float near_m, const uint32_t *left_out, Log *log)
 {
   Status status = STATUS_OK;
   TRY(buffer_write(device, &capture->info, cube, sizeof *cube, log));
   TRY(buffer_write(device, &capture->left_out, left_out, scene->object_count * sizeof *left_out, log));
-  TRY(faces_aim(capture, device, cube, log));
+  TRY(faces_aim(capture, device, cube, near_m, log));
   capture->by_raster = false;
 
 done:
@@ -174,7 +175,8 @@ Status cube_capture_trace(const CubeCapture *capture, const Tracer *tracer, Devi
                           const RayStream spare[2], Log *log)
 {
   Status status = STATUS_OK;
-  TRY(trace_closest(tracer, device, scene, rays, count, 0, hits, RAYS_COHERENT, "trace rays of a cube map", log));
+  const float near_m = inward ? 0 : capture->views.info.near_m;
+  TRY(trace_closest(tracer, device, scene, rays, count, near_m, hits, RAYS_COHERENT, "trace rays of a cube map", log));
   TRY(rays_peel(capture, device, scene, inward, rays, &count, hits, hits, &spare[0], log));
   for (int layer = 0; layer < CUBE_LAYERS_MOST && count > 0; layer++) {
     const RayStream *from = &spare[layer % 2], *onward = &spare[1 - layer % 2];

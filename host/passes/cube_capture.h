@@ -22,8 +22,8 @@ typedef struct CubeCapture {
 
 // The cameras of a cube's faces, of one sample a pixel in its centre. Pixels' centres are the texels' (shared/cube.h):
 // the outermost lie on the cube's edges, but for a millionth by which all rays of a face have its axis for their
-// longest component; raster is quick where they have.
-void cube_cameras(CameraInfo out[CUBE_FACES], uint32_t size, Vec3 center_world);
+// longest component; raster is quick where they have, and where near_m is above 3e-5 of what lies farthest.
+void cube_cameras(CameraInfo out[CUBE_FACES], uint32_t size, Vec3 center_world, float near_m);
 
 // For waves of up to `capacity` rays.
 Status cube_capture_make(CubeCapture *out, Device *device, const DeviceScene *scene, uint32_t capacity, Log *log);
@@ -31,9 +31,9 @@ void cube_capture_free(CubeCapture *capture);
 
 enum { CUBE_SAMPLES_MOST = 16, CUBE_RANGES_MOST = 64 };
 
-// What the waves to come are of, by rays. `left_out` is 1 for each object that is passed, [object_count].
+// What the waves to come are of, by rays; nothing nearer to the centre than near_m is seen from it. `left_out` is 1 for each object that is passed, [object_count].
 Status cube_capture_aim(CubeCapture *capture, Device *device, const DeviceScene *scene, const CubeInfo *cube,
-                        const uint32_t *left_out, Log *log);
+                        float near_m, const uint32_t *left_out, Log *log);
 
 // From now on raster finds what is seen from the centre, unless what is left out is more than CUBE_RANGES_MOST ranges
 // of triangles. Errors: those of raster_visibility_make and raster_visibility_aim.

@@ -213,6 +213,15 @@ done:
   return status;
 }
 
+// What is nearer to a cube's centre is within the reflector, or nearer than a picture of the whole scene tells apart.
+static float cube_near_m(const DeviceScene *scene, const CubeInfo *cube)
+{
+  Vec3 low = {0}, high = {0};
+  scene_object_bounds(scene->source, cube->object, &low, &high);
+  Vec3 size = vec3_sub(high, low);
+  return (float)fmin(4e-5 * scene->extent_m, 0.05 * fmin(size.x, fmin(size.y, size.z)));
+}
+
 // Is raster the cheaper way to find what a cube sees?
 static bool cube_by_raster(const Frame *frame, const CubeInfo *cube)
 {
@@ -248,7 +257,8 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
   for (uint32_t i = 0; i < count; i++) {
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object == cubes[i].object;
     near_objects_mark(&frame->near_objects, i, left_out);
-    TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], left_out, log));
+    TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i],
+                         cube_near_m(frame->scene, &cubes[i]), left_out, log));
     if (cube_by_raster(frame, &cubes[i]))
       TRY(cube_capture_raster(&frame->cube_capture, frame->device, frame->scene, &frame->raster_scene, left_out,
                               frame->capacity, log));
@@ -258,7 +268,7 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
                            &frame->cube_reflect.cells, log));
     if (lists) continue;  // the reflector itself is traced
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object != cubes[i].object;
-    TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], left_out, log));
+    TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], 0, left_out, log));
     TRY(hull_draw(frame, &cubes[i], log));
   }
   if (lists) TRY(near_objects_draw(frame, cubes, samples, log));

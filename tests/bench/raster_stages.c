@@ -85,7 +85,8 @@ static Status capture_prepare(Frame *out, RasterStages *stages, const FrameReque
   const float center[1][2] = {{0.5f, 0.5f}};
   const RasterOptions options = {.views = 6};
   TRY(frame_make(out, device, &stages->lit_scene, request, log));
-  cube_cameras(views, size, vec3_from_floats(stages->views.cube_center));
+  cube_cameras(views, size, vec3_from_floats(stages->views.cube_center),
+               (float)(4e-5 * stages->base.device_scene.extent_m));
   camera_rays_free(&out->camera);
   TRY(camera_rays_make_views(&out->camera, device, views, 6, center, 1, log));
   raster_visibility_free(&out->raster);
