@@ -27,8 +27,7 @@
 
 #include "lib/environment.cl"
 #include "lib/impostor.cl"
-#include "lib/object.cl"
-#include "lib/ray_stream.cl"
+#include "lib/reflected.cl"
 
 // What a ray shows by its reflector's cube. False: it is left to be traced.
 static inline bool cube_answer(float4 *out, uint method, const MarchMap *map, CubeRay ray)
@@ -53,6 +52,7 @@ kernel void cube_reflect(uint method, global const float *rays, global const uin
                          global const Float4 *environment_pixels, global float4 *radiance, global float *left_rays,
                          global uint *left_slots, global uint *count)
 {
+  ReflectorCubes reflectors = {object_starts, object_count, cube_of_object};
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint first = begin; first < end; first += LANES) {
@@ -71,16 +71,12 @@ kernel void cube_reflect(uint method, global const float *rays, global const uin
       uint lane = lowest_bit(bits);
       float4 value = (float4)(LANE_FLOAT(seen.x, lane), LANE_FLOAT(seen.y, lane), LANE_FLOAT(seen.z, lane), 0);
       if (method != REFLECT_BY_ENVIRONMENT) {
-        uint triangle = LANE_UINT(source, lane) & ~RAY_FROM_MIRROR;
-        uint number = cube_of_object[object_of_triangle(object_starts, object_count, triangle)];
+        uint number = reflector_cube(reflectors, LANE_UINT(source, lane));
         bool answered = number != CUBE_NONE;
         if (answered) {
           global const CubeInfo *cube = &cubes[number];
           MarchMap map = march_map_of_cube(cube, texels, cells, hull);
-          float3 center = (float3)(cube->center.x, cube->center.y, cube->center.z);
-          CubeRay ray = {
-              (float3)(LANE_FLOAT(origin.x, lane), LANE_FLOAT(origin.y, lane), LANE_FLOAT(origin.z, lane)) - center,
-              (float3)(LANE_FLOAT(direction.x, lane), LANE_FLOAT(direction.y, lane), LANE_FLOAT(direction.z, lane))};
+          CubeRay ray = cube_ray(cube, lane_float3(origin, lane), lane_float3(direction, lane));
           answered = cube_answer(&value, method, &map, ray);
         }
         if (!answered) {
@@ -88,8 +84,7 @@ kernel void cube_reflect(uint method, global const float *rays, global const uin
           continue;
         }
       }
-      float4 throughput =
-          (float4)(LANE_FLOAT(weight.x, lane), LANE_FLOAT(weight.y, lane), LANE_FLOAT(weight.z, lane), 0);
+      float4 throughput = lane_float4(weight, lane);
       radiance[LANE_UINT(slot, lane)] += throughput * value;
     }
     density = mirrored ? FLOATL(INFINITY) : density;

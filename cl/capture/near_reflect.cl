@@ -25,8 +25,7 @@
 //   A ray's radiance is added slot by slot in the order of launches: no atomics, the same sum on every run.
 
 #include "lib/impostor.cl"
-#include "lib/object.cl"
-#include "lib/ray_stream.cl"
+#include "lib/reflected.cl"
 
 // The maps of all cubes.
 typedef struct NearMaps {
@@ -136,6 +135,7 @@ kernel void near_reflect(uint method, float invisible, global const float *rays,
                          global float *listed_hits, global uint *listed_ids, global float *left_rays,
                          global uint *left_slots, global uint *counts)
 {
+  ReflectorCubes reflectors = {object_starts, object_count, cube_of_object};
   NearMaps maps = {cubes, texels, cells, nears, snapshots, photos, backs, photo_cells};
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
@@ -152,21 +152,15 @@ kernel void near_reflect(uint method, float invisible, global const float *rays,
     Vec3L weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
     FloatL length = sqrt(dot3(along, along)), most = max_component3(weight);
     for (uint bits = lane_bits(mirrored); bits; bits &= bits - 1) {
-      uint lane = lowest_bit(bits), triangle = LANE_UINT(source, lane) & ~RAY_FROM_MIRROR, answer = NEAR_LEFT;
-      uint number = cube_of_object[object_of_triangle(object_starts, object_count, triangle)];
+      uint lane = lowest_bit(bits), answer = NEAR_LEFT, number = reflector_cube(reflectors, LANE_UINT(source, lane));
       float4 value;
       if (number != CUBE_NONE) {
-        global const CubeInfo *cube = &cubes[number];
-        float3 center = (float3)(cube->center.x, cube->center.y, cube->center.z);
-        CubeRay ray = {
-            (float3)(LANE_FLOAT(origin.x, lane), LANE_FLOAT(origin.y, lane), LANE_FLOAT(origin.z, lane)) - center,
-            (float3)(LANE_FLOAT(direction.x, lane), LANE_FLOAT(direction.y, lane), LANE_FLOAT(direction.z, lane))};
+        CubeRay ray = cube_ray(&cubes[number], lane_float3(origin, lane), lane_float3(direction, lane));
         float t_listed = LANE_UINT(id, lane) == HIT_NONE ? INFINITY : LANE_FLOAT(t, lane) * LANE_FLOAT(length, lane);
         answer = near_answer(&value, method, &maps, number, ray, t_listed, LANE_FLOAT(most, lane), invisible);
       }
       if (answer == NEAR_ANSWERED) {
-        float4 throughput =
-            (float4)(LANE_FLOAT(weight.x, lane), LANE_FLOAT(weight.y, lane), LANE_FLOAT(weight.z, lane), 0);
+        float4 throughput = lane_float4(weight, lane);
         radiance[LANE_UINT(slot, lane)] += throughput * value;
         continue;
       }

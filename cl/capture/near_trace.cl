@@ -9,9 +9,8 @@
 //   Cost  that of rays/trace_packet.cl for a tree as small as the list; rays of different cubes walk one after another.
 //   From  the sources of lib/packet.cl
 
-#include "lib/object.cl"
 #include "lib/packet.cl"
-#include "shared/cube.h"
+#include "lib/reflected.cl"
 #include "shared/near.h"
 
 kernel void near_trace(global const uint *object_starts, uint object_count, global const uint *cube_of_object,
@@ -23,6 +22,7 @@ kernel void near_trace(global const uint *object_starts, uint object_count, glob
                        constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  ReflectorCubes reflectors = {object_starts, object_count, cube_of_object};
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint first = begin; first < end; first += LANES) {
@@ -31,8 +31,8 @@ kernel void near_trace(global const uint *object_starts, uint object_count, glob
     UintL source = LANE_AS_UINT(density), number = UINTL(CUBE_NONE);
     IntL waiting = (p.t_max > FLOATL(0)) & ((source & UINTL(RAY_FROM_MIRROR)) != UINTL(0));
     for (uint bits = lane_bits(waiting); bits; bits &= bits - 1) {
-      uint lane = lowest_bit(bits), triangle = LANE_UINT(source, lane) & ~RAY_FROM_MIRROR;
-      LANE_UINT(number, lane) = cube_of_object[object_of_triangle(object_starts, object_count, triangle)];
+      uint lane = lowest_bit(bits);
+      LANE_UINT(number, lane) = reflector_cube(reflectors, LANE_UINT(source, lane));
     }
     waiting = waiting & (number != UINTL(CUBE_NONE));
     for (uint bits = lane_bits(waiting); bits; bits = lane_bits(waiting)) {

@@ -3,8 +3,9 @@
 // As seen from the centre a ray runs along an arc. It is followed in strides of CUBE_STRIDE texels, texel by texel
 // where a cell of the map holds something as close as the ray, and where it goes behind a surface the step is halved
 // IMPOSTOR_HALVINGS times. What is looked up is the point where the ray then is, seen from the centre. (The report of
-// the 2007 system has the point of the reflector projected into the snapshot. That shows what the centre sees behind
-// that point, whatever the direction of the ray; its program, and this one, project the point that the ray meets.)
+// the 2007 system says that the reflector's point is projected into the snapshot. That would show what the centre sees
+// behind that point whatever the direction of the ray, so that nothing moved with the eye: it is the point that the ray
+// meets.)
 //
 // Not sure is a ray that comes behind any of four texels that show more than one surface (silhouettes, and what they
 // hide), one that starts behind a texel's surface, and one under the reflector's own outermost surface, where that is

@@ -54,11 +54,10 @@ typedef struct SnapshotFrustum {
 // Slots in a reflector's list that snapshots may take; each is tested against every reflected ray.
 enum { SNAPSHOTS_MOST = 32 };
 
-// Triangles from which `mixed` photographs an object. The 2007 system tested every triangle of an object, and its
-// report draws the line where that costs more than a lookup. With a BVH no number pays on a CPU: on two cores with
-// PoCL a ray from a flat mirror to a ball took 11 ns where it had 48 triangles and 90 ns where it had a million, and
-// 0.4 us by a snapshot. The number is that from which a march reads less than a ray of a GPU's tree: 1.5 kB for 32
-// strides and a search of 20 texels, as much as 24 nodes of 64 bytes, of which a ray visits two a level.
+// Triangles from which `mixed` photographs an object. With a BVH no number pays on a CPU: on two cores with PoCL a ray
+// from a flat mirror to a ball took 11 ns where it had 48 triangles and 90 ns where it had a million, and 0.4 us by a
+// snapshot. The number is that from which a march reads less than a ray of a GPU's tree, which is a guess of its time:
+// 1.5 kB for 32 strides and a search of 20 texels, as much as 24 nodes of 64 bytes, of which a ray visits two a level.
 enum { COMPLEX_FROM_TRIANGLES = 4096 };
 
 // *out is [object_count], the caller's to free. Cost: that of scene_bounds. Errors: STATUS_NO_MEMORY.
