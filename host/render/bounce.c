@@ -138,6 +138,10 @@ static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_
   if (frame->request.doubt)
     return shadow_doubt_add(frame->request.doubt, frame->device, frame->scene, light, streams->shadow, segment, count,
                             log);
+  if (frame->marking)
+    return coherence == RAYS_COHERENT ? shadow_hybrid_mark(&frame->shadow_hybrid, frame->device, &frame->camera, light,
+                                                           streams->shadow, segment, count, log)
+                                      : STATUS_OK;
   if (shadow_hybrid_has(&frame->shadow_hybrid, light))
     return shadow_hybrid_trace(&frame->shadow_hybrid, &frame->tracer, frame->device, frame->scene, light,
                                streams->shadow, segment, count, streams->radiance, coherence, log);
@@ -222,7 +226,7 @@ static Status first_hits_find(Frame *frame, const Wave *wave, const Bounce *boun
     for (int i = 0; i < 2; i++) stream_give_back(frame, spare[i]);
     return STATUS_OK;
   }
-  if (frame->request.plan.primary == PRIMARY_RASTER)
+  if (frame->request.plan.primary == PRIMARY_RASTER && !frame->marking)
     return raster_visibility(&frame->raster, device, frame->scene, &frame->raster_scene, &frame->camera, wave,
                              &frame->hits, frame->capacity, log);
   return trace_closest(&frame->tracer, device, frame->scene, bounce->rays, bounce->count, frame->camera.info.near_m,

@@ -4,6 +4,7 @@
 
 #include "render/bounce.h"
 #include "render/reflectors.h"
+#include "render/shadow_receivers.h"
 #include "shared/raster.h"
 #include "shared/stream.h"
 
@@ -51,8 +52,8 @@ static Status raster_make(Frame *frame, Log *log)
   TRY(shadow_maps_make(&frame->shadow_maps, frame->device, frame->scene, &frame->raster_scene, plan,
                        &frame->camera.info, log));
   if (plan->shadows == SHADOWS_HYBRID)
-    TRY(shadow_hybrid_make(&frame->shadow_hybrid, frame->device, frame->scene, &frame->raster_scene, plan,
-                           &frame->camera.info, frame->capacity, log));
+    TRY(shadow_hybrid_make(&frame->shadow_hybrid, frame->device, frame->scene, plan, &frame->camera.info,
+                           frame->capacity, log));
   if (!raster) goto done;
   TRY(raster_visibility_make(&frame->raster, frame->device, frame->scene, &frame->raster_scene, &options, log));
   TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->camera, frame->request.samples, frame->capacity,
@@ -98,6 +99,7 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   TRY(hit_stream_make(&frame.hits, device, frame.capacity, log));
   TRY(buffer_create(&frame.radiance, device, (size_t)frame.capacity * sizeof(Float4), NULL, "radiance", log));
   TRY(aov_sums_make(&frame, log));
+  if (request->plan.shadows == SHADOWS_HYBRID) TRY(shadow_receivers_prepare(&frame, log));
   TRY(reflectors_prepare(&frame, log));
   *out = frame;
   frame = (Frame){0};
