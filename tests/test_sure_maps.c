@@ -62,13 +62,13 @@ static SureCopy maps_draw(RasterFixture *fixture, const Solids *solids, const Sh
   raster_assert_ok(
       buffer_create(&solid, device, solids->word_count * sizeof *solids->bits, solids->bits, "solid", &raster_log));
   raster_assert_ok(sure_raster_make(&raster, device, &fixture->triangles, &options, &raster_log));
-  raster_assert_ok(sure_maps_aim(&maps, device, fit, isfinite(close), &raster_log));
+  raster_assert_ok(sure_maps_aim(&maps, device, fit, 1, isfinite(close), &raster_log));
   if (isfinite(close)) tiles_mark(&maps, device, close);
-  raster_assert_ok(sure_maps_draw(&maps, &raster, device, &fixture->triangles, &solid, true, &raster_log));
-  SureCopy copy = {maps.block_count, (uint32_t)(maps.tiles.bytes / sizeof(ShadowTile)),
-                   buffer_copy(device, &maps.tiles), buffer_copy(device, &maps.blocks),
-                   buffer_copy(device, &maps.rows)};
-  assert_int_equal(maps.block_count, SHADOW_TILE_BLOCKS * maps.tile_count);
+  raster_assert_ok(sure_maps_settle(&maps, device, &raster_log));
+  raster_assert_ok(sure_maps_draw(&maps, 0, &raster, device, &fixture->triangles, &solid, true, &raster_log));
+  SureCopy copy = {maps.block_count, maps.tile_count, buffer_copy(device, &maps.tiles),
+                   buffer_copy(device, &maps.blocks), buffer_copy(device, &maps.rows)};
+  assert_int_equal(maps.block_count, SHADOW_TILE_BLOCKS * maps.known_tiles[0]);
   sure_maps_free(&maps);
   sure_raster_free(&raster);
   buffer_free(&solid);
@@ -180,8 +180,8 @@ static void passes_add_up_to_the_whole(void **state)
   scene_free(&scene);
 }
 
-// Of a map of which some tiles are marked these alone are drawn, and of them what is as close as is asked; that is as in
-// the whole map.
+// Of a map of which some tiles are marked these alone are drawn, and of them what is as close as is asked: as in the
+// whole map.
 static void marked_tiles_know_what_the_whole_map_knows(void **state)
 {
   Scene scene = scene_features();

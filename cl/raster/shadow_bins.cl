@@ -134,16 +134,16 @@ static inline __attribute__((always_inline)) void list_draw(const ListRecord *t,
 
 kernel void shadow_bins(uint size, uint view_count, uint columns, uint chunk_count, global const uint *records,
                         global const uint *spans, global const uint *starts, global const ushort *lists,
-                        global ShadowTile *tiles, uint tile_columns, global ShadowBlock *blocks, global ShadowRow *rows,
-                        uint block_count)
+                        global ShadowTile *tiles, uint first_tile, uint tile_columns, global ShadowBlock *blocks,
+                        global ShadowRow *rows, uint block_count)
 {
   uint item = get_global_id(0), list = item % (columns * columns), view = item / (columns * columns);
   if (view >= view_count) return;
-  uint2 bin = (uint2)(list % columns, list / columns), first_tile = bin * BIN_COLUMNS;
+  uint2 bin = (uint2)(list % columns, list / columns), corner = bin * BIN_COLUMNS;
   int2 px = convert_int2(bin) * RASTER_BIN_PX, end = min(px + RASTER_BIN_PX, (int2)((int)size));
   BinTiles of;
-  tiles += view * tile_columns * tile_columns;
-  if (!bin_tiles_load(&of, tiles, tile_columns, first_tile)) return;
+  tiles += first_tile + view * tile_columns * tile_columns;
+  if (!bin_tiles_load(&of, tiles, tile_columns, corner)) return;
   ulong keys[SORT_CHUNKS];
   uint all = view_count * chunk_count, last = (view + 1) * chunk_count;
   for (uint first = view * chunk_count; first < last; first += SORT_CHUNKS) {
@@ -163,7 +163,7 @@ kernel void shadow_bins(uint size, uint view_count, uint columns, uint chunk_cou
   }
   for (uint bits = of.begun; bits; bits &= bits - 1) {
     uint i = lowest_bit(bits);
-    uint2 at = first_tile + (uint2)(i % BIN_COLUMNS, i / BIN_COLUMNS);
+    uint2 at = corner + (uint2)(i % BIN_COLUMNS, i / BIN_COLUMNS);
     tile_sum_up(&tiles[at.y * tile_columns + at.x], blocks, at, size);
   }
 }

@@ -12,9 +12,9 @@
 //                  square, one a work-item, and then those of each block draw what is on it.
 //   shadow_sum_up  a work-item a tile: what its texels have in common
 //
-//   Cost  on an H100, for all maps of a picture's lights, 0.6 ms (12 k triangles), 2.9 (120 k) and 6 to 8.5 (740 and
-//   970 k); 100 bytes written for a triangle and view that survive, 8 read for each square of a bin that it is in; 20 to
-//   76 bytes written a texel.
+//   Cost  on an H100, for all of the maps of a picture's lights (all tiles known), 0.6 ms (12 k triangles), 2.9 (120 k)
+//   and 6 to 8.5 (740 and 970 k); 100 bytes written for a triangle and view that survive, 8 read for each square of a
+//   bin that it is in; 20 to 76 bytes written a texel.
 //   Lists come in any order, texels do not depend on it (lib/sure_texels.cl). LANES is 1. Records and lists have room
 //   for every triangle and view of a pass: nothing overflows.
 
@@ -46,13 +46,13 @@ static inline uint list_of_view(uint view, uint columns) { return view * (column
 
 kernel void shadow_take(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
                         uint triangle_count, constant ShadowView *views, uint view_count, uint columns,
-                        global const uint *solid, uint skip_facing, global const ShadowTile *tiles, uint tile_columns,
-                        global uint *records, global uint *counts)
+                        global const uint *solid, uint skip_facing, global const ShadowTile *tiles, uint first_tile,
+                        uint tile_columns, global uint *records, global uint *counts)
 {
   local uint queued, first;
   uint item = get_global_id(0), number = first_triangle + item % triangle_count, view = item / triangle_count;
   if (view >= view_count) return;  // whole work-groups, here and below: a chunk is of whole ones
-  tiles += view * tile_columns * tile_columns;
+  tiles += first_tile + view * tile_columns * tile_columns;
   global const RasterBounds *chunk = &bounds[number / RASTER_CHUNK];
   if (!bounds_on_map(chunk, &views[view].raster)) return;
   if (!tiles_want_bounds(tiles, tile_columns, chunk, &views[view].raster)) return;
@@ -172,15 +172,16 @@ static inline uint record_blocks(global const uint *record, uint2 low)
 
 kernel void shadow_squares(uint size, uint view_count, uint columns, global const uint *records,
                            global const uint *starts, global const uint *ends, global const uint *lists,
-                           global const ShadowTile *tiles, uint tile_columns, global ShadowBlock *blocks,
-                           global ShadowRow *rows, uint block_count)
+                           global const ShadowTile *tiles, uint first_tile, uint tile_columns,
+                           global ShadowBlock *blocks, global ShadowRow *rows, uint block_count)
 {
   local uint found[SQUARE_BLOCKS][GROUP_SIZE], counts[SQUARE_BLOCKS];
   uint square_columns = tile_columns * 2, squares = square_columns * tile_columns * (4 / SQUARE_ROWS);
   uint view = get_group_id(0) / squares, square = get_group_id(0) % squares, member = get_local_id(0);
   if (view >= view_count) return;
   uint2 first_block = (uint2)(square % square_columns * 2, square / square_columns * SQUARE_ROWS);
-  global const ShadowTile *tile = &tiles[(view * tile_columns + first_block.y / 4) * tile_columns + first_block.x / 4];
+  global const ShadowTile *tile =
+      &tiles[first_tile + (view * tile_columns + first_block.y / 4) * tile_columns + first_block.x / 4];
   if (tile->first_block == SHADOW_TILE_UNKNOWN) return;  // all of the work-group
   uint2 at = first_block + (uint2)(member / 16 % 2, member / 32);
   uint entry = member % 16, index = tile->first_block + tile_block(at.x, at.y);
@@ -224,10 +225,11 @@ kernel void shadow_squares(uint size, uint view_count, uint columns, global cons
   barrier(CLK_LOCAL_MEM_FENCE);  // without it PoCL 3.1 loses some of what is stored
 }
 
-kernel void shadow_sum_up(uint size, uint view_count, global ShadowTile *tiles, uint tile_columns,
+kernel void shadow_sum_up(uint size, uint view_count, global ShadowTile *tiles, uint first_tile, uint tile_columns,
                           global const ShadowBlock *blocks)
 {
   uint item = get_global_id(0), place = item % (tile_columns * tile_columns);
+  tiles += first_tile;
   if (item >= view_count * tile_columns * tile_columns || tiles[item].first_block == SHADOW_TILE_UNKNOWN) return;
   tile_sum_up(&tiles[item], blocks, (uint2)(place % tile_columns, place / tile_columns), size);
 }

@@ -5,8 +5,8 @@
 //         views             [view_count], `columns` bins a side
 //         solid             bit i % 32 of word i / 32: triangle i is of a closed surface (host/device_scene/solid.h)
 //         skip_facing       1: solid triangles that face the light are left out
-//         tiles             [view_count][tile_columns][tile_columns], which are to be known: what can only be in others,
-//                           and what comes no closer than they ask, is left out
+//         tiles             [view_count][tile_columns][tile_columns] from first_tile on, which are to be known: what
+//                           can only be in others, and what comes no closer than they ask, is left out
 //   out   records  [view][chunk][RASTER_CHUNK + 1][SURE_WORDS] (shared/shadow.h)
 //         spans, starts, lists   as depth_setup.cl
 //
@@ -23,13 +23,14 @@
 
 kernel void shadow_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
                          uint chunk_count, constant ShadowView *views, uint view_count, uint columns,
-                         global const uint *solid, uint skip_facing, global const ShadowTile *tiles, uint tile_columns,
-                         global uint *records, global uint *spans, global uint *starts, global ushort *lists)
+                         global const uint *solid, uint skip_facing, global const ShadowTile *tiles, uint first_tile,
+                         uint tile_columns, global uint *records, global uint *spans, global uint *starts,
+                         global ushort *lists)
 {
   uint item = get_global_id(0), chunk = first_chunk + item % chunk_count;
   if (item >= chunk_count * view_count) return;
   constant ShadowView *view = &views[item / chunk_count];
-  tiles += item / chunk_count * tile_columns * tile_columns;
+  tiles += first_tile + item / chunk_count * tile_columns * tile_columns;
   BinRanges ranges;
   blocks += chunk * RASTER_CHUNK_BLOCKS;
   records += item * (RASTER_CHUNK + 1) * SURE_WORDS;

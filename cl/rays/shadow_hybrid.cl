@@ -1,17 +1,18 @@
 // Hybrid shadows: the verdicts of trace_any, from what a light's maps know for sure (cl/raster/shadow_bins.cl), and the
 // rays that remain.
 //
-//   in    rays, slots   a stream of shadow rays to one light, [ray_count] of segment `segment`
-//         info, views   the light's maps
+//   in    rays, slots   a stream of shadow rays to `light`, [ray_count] of segment `segment`
+//         infos, views  the maps of all lights
 //         tiles, blocks, rows  what they know (shared/shadow.h)
 //         triangles     in the order of the BVH's leaves
 //   out   radiance[slot] gains the weight of rays that nothing stops
 //         unsure_rays, _slots, count   rays that the maps cannot judge, for trace_any
 //
 //   A shadow ray is one point of the map. It is lit if it is closer to the light than all that its tile holds, or its
-//   texel; dark if a triangle that hides all of the texel is closer. Between them it is dark if it meets a triangle that the texel
-//   names, by the very function that rays ask, and lit if it meets none and is closer than all that are not named.
-//   Else, where a BLEND surface is among them, and where no map knows of the point, it is unsure.
+//   texel; dark if a triangle that hides all of the texel is closer (lib/sure_look.cl, which shading asks first: what
+//   comes here it could not tell, and what has to wait for that). Between them it is dark if it meets a triangle that
+//   the texel names, by the very function that rays ask, and lit if it meets none and is closer than all that are not
+//   named. Else, where a BLEND surface is among them, and where no map knows of the point, it is unsure.
 //
 //   Pro   no bias: a verdict is the ray's. Most need one look at the map; neighbouring rays ask for the same
 //         triangles, each of which is tested against all of them at once.
@@ -27,91 +28,11 @@
 
 #include "lib/packet.cl"
 #include "lib/radiance.cl"
-#include "lib/shadow_view.cl"
+#include "lib/sure_look.cl"
 #include "shared/shadow.h"
 
 // Triangles that a packet has tested of late: those of several lanes are mostly the same.
 #define TESTED 8
-
-// Where the packet's points are on the maps.
-typedef struct TexelLook {
-  IntL mapped;       // lanes that a map holds
-  UintL tile, x, y;  // index into the tiles; block of the tile's map, row and column
-  UintL texel;       // of the block
-  FloatL closeness, slack;
-} TexelLook;
-
-static inline TexelLook texels_look(global const ShadowInfo *info, global const ShadowView *views, uint tile_columns,
-                                    Vec3L origin, IntL active)
-{
-  TexelLook look;
-  UintL chosen = shadow_view_choose(info, views, origin), texel_x = UINTL(0), texel_y = UINTL(0), three = UINTL(3);
-  look.mapped = active & (chosen != UINTL(SHADOW_VIEW_NONE));
-  look.closeness = look.slack = FLOATL(0);
-  for (uint bits = lane_bits(look.mapped); bits;) {
-    uint number = LANE_UINT(chosen, lowest_bit(bits));
-    IntL group = look.mapped & (chosen == UINTL(number));
-    bits &= ~lane_bits(group);
-    global const ShadowView *view = &views[number];
-    MapPoint at = shadow_project(view, shadow_relative(view, origin));
-    FloatL last = FLOATL((float)(info->size_px - 1)), zero = FLOATL(0), one = FLOATL(1);
-    texel_x = group ? LANE_AS_UINT(LANE_CONVERT_INT(min_lane(max_lane(at.x, zero), last))) : texel_x;
-    texel_y = group ? LANE_AS_UINT(LANE_CONVERT_INT(min_lane(max_lane(at.y, zero), last))) : texel_y;
-    bool parallel = view->raster.parallel;
-    FloatL closeness = parallel ? zero - at.depth : one / at.w;
-    look.closeness = group ? closeness : look.closeness;
-    look.slack =
-        group ? (parallel ? FLOATL(SHADOW_ROUNDING_PARALLEL) : closeness * FLOATL(SHADOW_ROUNDING)) : look.slack;
-  }
-  look.x = texel_x >> UINTL(2);
-  look.y = texel_y >> UINTL(2);
-  look.texel = ((texel_y & three) << UINTL(2)) + (texel_x & three);
-  look.tile = (chosen * UINTL(tile_columns) + (look.y >> UINTL(2))) * UINTL(tile_columns) + (look.x >> UINTL(2));
-  return look;
-}
-
-// What is known of the packet's rays so far.
-typedef struct Verdicts {
-  IntL lit, dark, waiting;  // waiting: their blocks may tell
-  UintL block;              // of those that wait
-  FloatL least;             // what is less close is not known to be lit
-} Verdicts;
-
-// What whole tiles tell; neighbouring rays are mostly in the same.
-static inline Verdicts tiles_judge(const TexelLook *look, global const ShadowTile *tiles)
-{
-  Verdicts v = {INTL(0), INTL(0), INTL(0), UINTL(0), FLOATL(0)};
-  FloatL least_close = look->closeness - look->slack, most_close = look->closeness + look->slack;
-  UintL three = UINTL(3), block = ((look->y & three) << UINTL(2)) + (look->x & three);
-  for (uint bits = lane_bits(look->mapped); bits;) {
-    uint number = LANE_UINT(look->tile, lowest_bit(bits));
-    IntL group = look->mapped & (look->tile == UINTL(number));
-    bits &= ~lane_bits(group);
-    ShadowTile tile = tiles[number];
-    if (tile.first_block == SHADOW_TILE_UNKNOWN) continue;
-    v.lit = v.lit | (group & (least_close > FLOATL(tile.near)) & (least_close >= FLOATL(tile.least)));
-    v.dark = v.dark | (group & (most_close < FLOATL(tile.covered)));
-    if (tile.near > -INFINITY) v.waiting = v.waiting | (group & !(v.lit | v.dark));
-    v.block = group ? block + UINTL(tile.first_block) : v.block;
-    v.least = group ? FLOATL(tile.least) : v.least;
-  }
-  return v;
-}
-
-// What the texels of those that wait tell.
-static inline void texels_judge(Verdicts *v, const TexelLook *look, global const ShadowBlock *blocks)
-{
-  FloatL near = FLOATL(INFINITY), covered = FLOATL(-INFINITY), least_close = look->closeness - look->slack;
-  for (uint bits = lane_bits(v->waiting); bits; bits &= bits - 1) {
-    uint lane = lowest_bit(bits), texel = LANE_UINT(look->texel, lane);
-    global const ShadowBlock *block = &blocks[LANE_UINT(v->block, lane)];
-    LANE_FLOAT(near, lane) = block->first.near[texel];
-    LANE_FLOAT(covered, lane) = block->covered[texel];
-  }
-  v->lit = v->lit | (v->waiting & (least_close > near) & (least_close >= v->least));
-  v->dark = v->dark | (v->waiting & (look->closeness + look->slack < covered));
-  v->waiting = v->waiting & !(v->lit | v->dark);
-}
 
 // Lanes of `group` that pass a triangle by no more than rounding.
 static inline IntL packet_grazes(const Packet *p, IntL group, const ShearedRay *ray, uint kz,
@@ -198,15 +119,15 @@ static inline void weights_add(IntL lit, IntL valid, global const float *rays, u
   radiance_store(radiance, slot, touched, sum);
 }
 
-kernel void shadow_hybrid(global const ShadowInfo *info, global const ShadowView *views, global const ShadowTile *tiles,
-                          uint tile_columns, global const ShadowBlock *blocks, global const ShadowRow *rows,
-                          uint block_count, global const BvhTriangle *triangles, global const float *rays,
-                          uint capacity, uint ray_count, uint segment, global const uint *slots,
-                          global float4 *radiance, global float *unsure_rays, global uint *unsure_slots,
-                          global uint *unsure_count, global const TriangleCorners *corners, global const Float2 *uvs,
-                          global const Float4 *colors, uint vertex_count, global const MaterialInfo *materials,
-                          global const TextureInfo *textures, global const uchar4 *texel_bytes,
-                          constant float *linear_from_byte)
+kernel void shadow_hybrid(global const ShadowInfo *infos, uint light, global const ShadowView *views,
+                          global const ShadowTile *tiles, global const ShadowBlock *blocks,
+                          global const ShadowRow *rows, uint block_count, global const BvhTriangle *triangles,
+                          global const float *rays, uint capacity, uint ray_count, uint segment,
+                          global const uint *slots, global float4 *radiance, global float *unsure_rays,
+                          global uint *unsure_slots, global uint *unsure_count, global const TriangleCorners *corners,
+                          global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
+                          global const MaterialInfo *materials, global const TextureInfo *textures,
+                          global const uchar4 *texel_bytes, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners,   uvs,      colors,      vertex_count,
                                  materials, textures, texel_bytes, linear_from_byte};
@@ -218,9 +139,8 @@ kernel void shadow_hybrid(global const ShadowInfo *info, global const ShadowView
     Vec3L origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
     IntL active = stream_load_t_max(rays, capacity, first, ray_count) > FLOATL(0);
     IntL valid = LANE_INDEX < INTL((int)(ray_count - first));
-    TexelLook look = texels_look(info, views, tile_columns, origin, active);
-    Verdicts v = tiles_judge(&look, tiles);
-    if (any_lane(v.waiting)) texels_judge(&v, &look, blocks);
+    TexelLook look;
+    Verdicts v = sure_judge(&look, &infos[light], views, tiles, blocks, origin, active);
     if (any_lane(v.waiting)) {
       Packet p = packet_load(rays, capacity, first, ray_count, 0);
       named_judge(&v, &look, &p, blocks, rows, block_count, triangles, &attributes);

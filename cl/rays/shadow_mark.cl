@@ -1,9 +1,9 @@
 // Marks the tiles of a light's maps that a picture's receivers are in, by probes: shadow rays of a few of its pixels.
 //
 //   in    camera         whose pixels are the probes
-//         info, views    the light's maps
-//         rays           a stream of shadow rays to the light, [ray_count] of segment `segment`
-//   out   marks          [view][tile_columns][tile_columns], from UINT_MAX down: the least closeness of a receiver in
+//         infos, views   the maps of all lights
+//         rays           a stream of shadow rays to `light`, [ray_count] of segment `segment`
+//   out   marks          of the tiles of all lights, from UINT_MAX down: the least closeness of a receiver in
 //                        the tile, by mark_of
 //
 //   A probe marks what is as far from it on the map as the next probe may be, and is taken to be a little farther from
@@ -30,10 +30,14 @@ static inline uint mark_of(float least)
   return bits >> 31 ? ~bits : bits | 0x80000000u;
 }
 
-kernel void shadow_mark(constant CameraInfo *camera, global const ShadowInfo *info, global const ShadowView *views,
-                        uint tile_columns, global const float *rays, uint capacity, uint ray_count, uint segment,
-                        volatile global uint *marks)
+kernel void shadow_mark(constant CameraInfo *camera, global const ShadowInfo *infos, uint light,
+                        global const ShadowView *views, global const float *rays, uint capacity, uint ray_count,
+                        uint segment, volatile global uint *marks)
 {
+  global const ShadowInfo *info = &infos[light];
+  uint tile_columns = TILE_COLUMNS(info->size_px);
+  views += info->first_view;
+  marks += info->first_texel;
   rays += segment * RAY_FIELD_COUNT * capacity;
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);

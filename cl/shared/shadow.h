@@ -39,7 +39,7 @@ typedef struct ShadowInfo {
   float radius;       // PCSS: of the light in metres; directional: tangent of its angular radius x depth 1 in metres
   float depth_slack;  // what rounding may do to a depth
   float slope_px;     // texels by whose growth of the receiver's plane a caster must stand before it
-  uint first_view;    // among the views and the texels of all lights' maps
+  uint first_view;    // among the views and the texels of all lights' maps; SHADOW_BY_TRIANGLES: the tiles
   uint first_texel;
 } ShadowInfo;
 SHARED_SIZE(ShadowInfo, 44);
@@ -55,7 +55,8 @@ SHARED_SIZE(ShadowInfo, 44);
 // drawn. A ray from a point closer than `near` is lit, from one less close than `covered` dark, wherever in the tile it
 // is. Where `near` is -INFINITY nothing is in the tile, and its blocks are not there.
 #define SHADOW_TILE_PX 16
-#define SHADOW_TILE_BLOCKS 16  // row by row, from `first_block` on
+#define SHADOW_TILE_BLOCKS 16  // row by row, from `first_block` on, among those of all lights
+#define TILE_COLUMNS(size_px) (((size_px) + SHADOW_TILE_PX - 1) / SHADOW_TILE_PX)
 
 typedef struct ShadowTile {
   uint first_block;  // SHADOW_TILE_UNKNOWN

@@ -123,7 +123,7 @@ static json_t *shadow_maps_json(const Plan *plan, const Frame *frame, const Shad
   bool is_hybrid = plan->shadows == SHADOWS_HYBRID;
   json_t *lights = json_array();
   for (uint32_t i = 0; i < frame->scene->light_count; i++) {
-    const ShadowInfo *info = is_hybrid ? &hybrid->lights[i].info : &frame->shadow_maps.lights[i];
+    const ShadowInfo *info = is_hybrid ? &hybrid->maps.lights[i] : &frame->shadow_maps.lights[i];
     json_t *light = json_pack("{s:i, s:i}", "size", (int)info->size_px, "views", (int)info->view_count);
     if (bound) json_object_set_new(light, "expected", json_real(bound->lights[i]));
     json_array_append_new(lights, light);

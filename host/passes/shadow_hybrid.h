@@ -10,11 +10,11 @@
 
 typedef struct ShadowHybrid {
   Kernel judge, mark;
-  SureMaps *lights;  // [light_count]; without maps a light's rays are traced
-  uint32_t light_count, left_out;
+  SureMaps maps;      // without maps a light's rays are traced
+  uint32_t left_out;  // lights for whose maps there was no room
   RayStream unsure;
   DeviceBuffer unsure_count;
-  uint64_t rays, traced;  // of what was judged so far
+  uint64_t rays, traced;  // of what was judged so far, by shading too
 } ShadowHybrid;
 
 // Aims the maps of every light: at most 76 bytes a texel; lights for whose maps there is no room any more are left out,

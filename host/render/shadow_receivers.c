@@ -10,6 +10,7 @@ static FrameRequest probe_request(const FrameRequest *request)
   FrameRequest probing = *request;
   bool mirrors = request->plan.reflected_rays && !(request->plan.max_roughness > 0);
   probing.samples = 1;
+  probing.plan.primary = PRIMARY_RAYS;
   probing.aovs = AOV_SET_NONE;
   probing.plan.environment_light = ENVIRONMENT_LIGHT_NONE;
   probing.plan.reflected_rays = mirrors;
