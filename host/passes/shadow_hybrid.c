@@ -28,7 +28,9 @@ static void lights_fit(ShadowHybrid *hybrid, ShadowFit *fits, const DeviceScene 
   const ShadowScope scope = {camera, scene->low, scene->high};
   uint64_t bytes = 0;
   for (uint32_t i = 0; i < scene->light_count; i++) {
-    bool can = shadow_fit(&fits[i], &scene->light_infos[i], plan->shadows, &plan->shadow_options, &scope);
+    const LightInfo *light = &scene->light_infos[i];
+    bool can = plan->hybrid_kinds >> light->kind & 1 &&
+               shadow_fit(&fits[i], light, plan->shadows, &plan->shadow_options, &scope);
     uint64_t more = can ? sure_maps_bytes(&fits[i].info) : 0;
     bool left_out = can && bytes + more > most;
     if (!left_out) bytes += more;
