@@ -156,7 +156,7 @@ static void hybrid_shadows_are_chosen_where_they_gain(void **state)
   assert_int_equal(plan_make(&settings, &facts).shadows, SHADOWS_NONE);
 }
 
-// What was measured, in milliseconds for all lights of a scene at 1920 x 1080: the model is no further off than it says.
+// What was measured, in ms for all lights of a scene at 1920 x 1080: the model is no further off than it says.
 static void shadow_costs_are_about_those_measured(void **state)
 {
   static const struct {

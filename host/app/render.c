@@ -224,7 +224,8 @@ static Status frame_prepare(Job *job)
   bool in_doubt = plan_uses_shadow_maps(&job->plan) && job->plan.shadows != SHADOWS_HYBRID;
   if (!in_doubt || !(options->stats_path || verify_is_wanted(options))) goto done;
   begin_ms = clock_ms();
-  float scale = options->exposure.is_auto ? INFINITY : exp2f(options->exposure.ev);
+  bool known = !options->exposure.is_auto && options->picture.tone == TONE_CURVE_NONE;
+  float scale = known ? exp2f(options->exposure.ev) : INFINITY;
   TRY(shadow_bound_make(&job->shadow_bound, &job->frame, scale, job->log));
   timeline_end(&job->timeline, "bound the shadow maps' error", begin_ms);
 

@@ -175,7 +175,12 @@ static Status wave_add(Frame *frame, const Wave *wave, Log *log)
 {
   Status status = STATUS_OK;
   ShadowDoubt *doubt = frame->request.doubt;
-  if (doubt) shadow_doubt_begin_wave(doubt, wave->tile_count * TILE_PIXELS, wave->sample_count);
+  if (doubt) {
+    TRY(shadow_doubt_begin_wave(doubt, frame->device, wave->tile_count * TILE_PIXELS, wave->sample_count, log));
+    doubt->showing = true;
+    TRY(frame_render_wave(frame, wave, log));
+    doubt->showing = false;
+  }
   TRY(frame_render_wave(frame, wave, log));
   TRY(radiance_accumulate(frame, wave, &frame->film.sums, log));
   if (doubt) shadow_doubt_end_wave(doubt);
