@@ -279,8 +279,8 @@ static void lights_beyond_the_budget_are_traced(void **state)
   scene_free(&scene);
 }
 
-// Ten thousand lights: some have maps, and the picture is that of rays. (None in the plane of one of the box's walls: of
-// such, hybrid shadows have been seen to tell one ray in 100 000 apart.)
+// Ten thousand lights: some have maps, and the picture is that of rays. (None in the plane of one of the box's walls:
+// of such, hybrid shadows have been seen to tell one ray in 100 000 apart.)
 static void ten_thousand_lights_are_lights(void **state)
 {
   enum { LIGHTS = 10000 };

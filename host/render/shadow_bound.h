@@ -15,8 +15,9 @@ typedef struct ShadowBound {
 // shadow ray that is spawned, directly or by reflections (cl/shade/shadow_doubt.cl, which has the derivation). So each
 // edge of a shadow counts where the camera sees it, in the cascade that is looked up there.
 //
-//   expected   the mean over the probes of the chance that one of their samples is wrong. A sample is wrong once: lights
-//              a and b are taken to fail apart from each other, 1 - (1 - a)(1 - b); samples are added, at most to 1
+//   expected   the mean over the probes of the chance that one of their samples is wrong. A sample is wrong once:
+//              lights a and b are taken to fail apart from each other, 1 - (1 - a)(1 - b); samples are added, at most
+//              to 1
 //   bound      f (expected + z s): s is the standard error of that mean over the probes, z = 2.576 (99 %); f = 2 for
 //              SHADOWS_MAP, as an edge may lie as badly as it can all along; 1.35 for PCF and PCSS, for what is off
 //              beyond the ramp: thin casters, bent surfaces; how much that is was found by trial on those pictures
@@ -38,8 +39,7 @@ typedef struct ShadowBound {
 // it was 96 %, for maps of 64 to 256 texels lose wires whose half-shadows are wide. What is not covered is what
 // shadow_doubt.cl says that it misses.
 //
-// Cost: that of 16 384 pixels more, 5 to 10 ms on a core, for PCSS those finer maps, and once a process what two kernels
-// take to load. Errors:
-// those of frame_make and frame_render.
+// Cost: that of 16 384 pixels twice, 10 to 20 ms on a core, for PCSS those finer maps, and once a process what two
+// kernels take to load. Errors: those of frame_make and frame_render.
 Status shadow_bound_make(ShadowBound *out, const Frame *frame, float scale, Log *log);
 void shadow_bound_free(ShadowBound *bound);
