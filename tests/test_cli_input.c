@@ -163,6 +163,22 @@ static void pictures_of_no_size_or_too_large(void **state)
   cli_old_check();
 }
 
+// Sizes that no map has, and maps that no memory has room for.
+static void absurd_shadow_maps(void **state)
+{
+  static const char *const sizes[] = {"0", "-16", "8196", "1e9", "nan", "17"};
+  for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
+    CLI_EXPECT(USAGE, "not valid: expected", "render", cli_scene(), "-o", cli_path("s.png"), "--shadow-map-size",
+               sizes[i]);
+  CLI_EXPECT(0, "maps of 1 of 1 lights would take over", "render", cli_scene(), "-o", cli_path("s.png"), "-s", "64x48",
+             "--overwrite", "--shadows", "hybrid", "--shadow-map-size", "8192");
+  static const char *const options[] = {"--light-radius", "--light-angle"};
+  for (int i = 0; i < 2; i++) {
+    CLI_EXPECT(USAGE, "not valid: expected", "render", cli_scene(), "-o", cli_path("s.png"), options[i], "nan");
+    CLI_EXPECT(USAGE, "not valid: expected", "render", cli_scene(), "-o", cli_path("s.png"), options[i], "-1");
+  }
+}
+
 static void memory_limits(void **state)
 {
   CLI_EXPECT(INPUT, "scene.glb: the scene needs more memory than allowed: raise --max-memory", "info", cli_scene(),
@@ -243,6 +259,7 @@ int main(void)
       cmocka_unit_test(nothing_to_draw),
       cmocka_unit_test(cameras_with_nonsense),
       cmocka_unit_test(pictures_of_no_size_or_too_large),
+      cmocka_unit_test(absurd_shadow_maps),
       cmocka_unit_test(memory_limits),
       cmocka_unit_test(outputs_that_cannot_be_written),
       cmocka_unit_test(other_files_that_a_scene_needs),

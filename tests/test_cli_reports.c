@@ -57,6 +57,26 @@ static void hybrid_shadows_trace_few_rays_and_say_how_many(void **state)
   cli_free(&run);
 }
 
+// Few samples are traced, many judged by maps, and what either was expected to cost is said.
+static void shadows_are_chosen_by_what_they_cost(void **state)
+{
+  static const char *const samples[] = {"1", "64"}, *const methods[] = {"rays", "hybrid"};
+  for (int i = 0; i < 2; i++) {
+    json_error_t error;
+    CliRun run = cli_run("render", "scenes/room.glb", "-o", cli_path("a.png"), "-s", "160x90", "-n", samples[i],
+                         "--overwrite", "--shadows", "auto", "--stats", "-", NULL);
+    cli_expect(&run, 0, "", __FILE__, __LINE__);
+    json_t *stats = json_loads(run.out, 0, &error), *plan = json_member(stats, "plan");
+    json_t *point = json_member(json_member(plan, "shadow_ms"), "point");
+    assert_string_equal(json_string_value(json_member(plan, "shadows")), methods[i]);
+    assert_string_equal(json_string_value(json_member(point, "method")), methods[i]);
+    double rays = json_real_value(json_member(point, "rays")), hybrid = json_real_value(json_member(point, "hybrid"));
+    assert_true(rays > 0 && hybrid > 0 && (hybrid < 0.9 * rays) == (i == 1));
+    json_decref(stats);
+    cli_free(&run);
+  }
+}
+
 static void reflections_by_maps_say_how_many_rays_they_answered(void **state)
 {
   json_error_t error;
@@ -120,6 +140,10 @@ static void shadow_maps_state_their_error(void **state)
          measured = json_real_value(json_member(json_member(json_member(verify, "shadows"), "off"), "share"));
   if (!(measured > 0 && measured <= bound && expected < bound && bound < 8 * measured))
     fail_msg("measured %g, expected %g, bound %g", measured, expected, bound);
+  json_t *edges = json_member(json_member(verify, "shadows"), "edges");
+  json_int_t edge_pixels = json_integer_value(json_member(edges, "pixels"));
+  assert_true(edge_pixels > 0 && edge_pixels < 160 * 90 / 2);
+  assert_true(json_real_value(json_member(json_member(edges, "off"), "share")) > measured);
   json_decref(stats);
   cli_free(&run);
 }
@@ -143,6 +167,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(reports_are_json_and_a_table),
       cmocka_unit_test(hybrid_shadows_trace_few_rays_and_say_how_many),
+      cmocka_unit_test(shadows_are_chosen_by_what_they_cost),
       cmocka_unit_test(reflections_by_maps_say_how_many_rays_they_answered),
       cmocka_unit_test(what_is_near_a_mirror_is_named_with_its_method),
       cmocka_unit_test(shadow_maps_state_their_error),

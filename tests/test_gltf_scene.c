@@ -185,6 +185,23 @@ static void lights_shine_along_their_nodes(void **state)
   scene_free(&scene);
 }
 
+// What is too far for single precision lights nothing, and is named; a directional light shines from anywhere.
+static void lights_at_infinity_are_left_out_by_name(void **state)
+{
+  Scene scene = gltf_read_fine(gltf_save_text(
+      "{'asset':{'version':'2.0'},'extensionsUsed':['KHR_lights_punctual'],"
+      "'extensions':{'KHR_lights_punctual':{'lights':[{'type':'directional'},{'type':'point','name':'lost'},"
+      "{'type':'spot','spot':{}}]}},'scenes':[{'nodes':[0,1,2]}],'nodes':["
+      "{'translation':[1e300,0,0],'extensions':{'KHR_lights_punctual':{'light':0}}},"
+      "{'translation':[0,-1e39,0],'extensions':{'KHR_lights_punctual':{'light':1}}},"
+      "{'translation':[0,0,1e30],'extensions':{'KHR_lights_punctual':{'light':2}}}]}"));
+  assert_non_null(strstr(gltf_warnings, "the light 'lost' is left out: it stands at infinity"));
+  assert_int_equal(scene.light_count, 2);
+  assert_int_equal(scene.lights[0].kind, LIGHT_DIRECTIONAL);
+  assert_int_equal(scene.lights[1].kind, LIGHT_SPOT);
+  scene_free(&scene);
+}
+
 // ---- materials and images ------------------------------------------------------------------------------------------
 
 static void material_factors_and_slots(void **state)
@@ -323,6 +340,7 @@ int main(void)
       cmocka_unit_test(cameras_lose_their_scale),
       cmocka_unit_test(cameras_that_make_no_image_are_left_out_by_name),
       cmocka_unit_test(lights_shine_along_their_nodes),
+      cmocka_unit_test(lights_at_infinity_are_left_out_by_name),
       cmocka_unit_test(material_factors_and_slots),
       cmocka_unit_test(images_come_from_files_and_data_uris),
       cmocka_unit_test(missing_and_broken_images_are_named),

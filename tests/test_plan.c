@@ -120,10 +120,68 @@ static void deeper_bounces_have_a_method_of_their_own(void **state)
   assert_true(plan.reflections == REFLECTIONS_NONE && !plan_uses_cubes(&plan));
 }
 
+// Maps are drawn once and asked by every sample: from some number of samples on they gain, on few triangles sooner;
+// kinds of lights that need more maps later. What is named is done.
+static void hybrid_shadows_are_chosen_where_they_gain(void **state)
+{
+  RenderSettings settings = settings_of(1);
+  SceneFacts facts = {.triangle_count = 1000000, .pixel_count = 1920 * 1080, .light_count = 2};
+  facts.lights_by_kind[0] = facts.lights_by_kind[1] = 1;
+  settings.shadows = SHADOWS_AUTO;
+  for (int gpu = 0; gpu < 2; gpu++) {
+    uint32_t first[2] = {0};
+    facts.gpu = gpu;
+    for (settings.samples = 1; settings.samples <= 256; settings.samples *= 2) {
+      Plan plan = plan_make(&settings, &facts);
+      assert_int_equal(plan.shadows, plan.hybrid_kinds ? SHADOWS_HYBRID : SHADOWS_RAYS);
+      for (int kind = 0; kind < 2; kind++) {
+        const ShadowCost *cost = &plan.shadow_costs[kind];
+        bool hybrid = plan.hybrid_kinds >> kind & 1;
+        assert_true(cost->rays_ms > 0 && cost->hybrid_ms > 0 && (!hybrid || cost->hybrid_ms < cost->rays_ms));
+        if (first[kind]) assert_true(hybrid);
+        if (hybrid && !first[kind]) first[kind] = settings.samples;
+      }
+      assert_true(!(plan.hybrid_kinds >> 2 & 1));  // there is no such light
+    }
+    assert_true(first[0] > 1 && first[1] >= 1 && first[0] >= first[1]);
+  }
+  settings.samples = 1;
+  settings.shadows = SHADOWS_RAYS;
+  assert_int_equal(plan_make(&settings, &facts).shadows, SHADOWS_RAYS);
+  settings.shadows = SHADOWS_HYBRID;
+  Plan named = plan_make(&settings, &facts);
+  assert_true(named.shadows == SHADOWS_HYBRID && named.hybrid_kinds == 7);
+  settings.shadows = SHADOWS_AUTO;
+  facts.light_count = 0;
+  assert_int_equal(plan_make(&settings, &facts).shadows, SHADOWS_NONE);
+}
+
+// What was measured, in ms for all lights of a scene at 1920 x 1080: the model is no further off than it says.
+static void shadow_costs_are_about_those_measured(void **state)
+{
+  static const struct {
+    ShadowCostFacts facts;
+    double lights, rays_ms, hybrid_ms;
+  } rows[] = {
+      {{12288, 1930000, 1, 6, false}, 4, 68, 56},     // room
+      {{38912, 1600000, 1, 4, false}, 3, 67, 55},     // chrome
+      {{121000, 1430000, 1, 4, false}, 4, 108, 138},  // colonnade
+      {{970752, 1410000, 1, 4, false}, 2, 145, 205},  // field
+  };
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    ShadowCost cost = shadow_cost(&rows[i].facts);
+    double rays = cost.rays_ms * rows[i].lights / rows[i].rays_ms,
+           hybrid = cost.hybrid_ms * rows[i].lights / rows[i].hybrid_ms;
+    if (!(rays > 0.8 && rays < 1.25 && hybrid > 0.65 && hybrid < 1.5)) fail_msg("row %zu: %g, %g", i, rays, hybrid);
+  }
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(deeper_bounces_have_a_method_of_their_own),
+      cmocka_unit_test(hybrid_shadows_are_chosen_where_they_gain),
+      cmocka_unit_test(shadow_costs_are_about_those_measured),
       cmocka_unit_test(few_samples_get_no_noise),
       cmocka_unit_test(many_samples_get_the_right_picture),
       cmocka_unit_test(who_asks_for_exact_methods_gets_them_at_any_number_of_samples),

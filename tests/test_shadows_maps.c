@@ -199,13 +199,18 @@ static void a_half_hidden_light_lights_by_its_visible_part(void **state)
   }
 }
 
-// Lights that make no sense, or stand where none should, spoil nothing: what the others light stays.
+// Lights that make no sense, or stand where none should, spoil nothing: what the others light stays. Hybrid shadows are
+// those of rays.
 static void odd_lights_spoil_nothing(void **state)
 {
   Camera camera = camera_above();
+  const double *to_world = camera.world_from_camera.m;
+  Vec3 near_plane = vec3_sub(vec3(to_world[12], to_world[13], to_world[14]),
+                             vec3_scale(vec3(to_world[8], to_world[9], to_world[10]), camera.znear_m));
   Light odd[] = {
-      light_point(vec3(0, 6, 5), 0),                          // without power
-      light_point(vec3(0, 6, 5), 1),                          // in the camera
+      light_point(vec3(0, 6, 5), 0),  // without power
+      light_point(vec3(0, 6, 5), 1),  // in the camera
+      light_point(near_plane, 1),
       light_point(vec3(0, 0, 0.5), 1),                        // on the floor, on the box's wall
       light_point(vec3(0, 0.5, 0), 50),                       // within the box
       light_point(vec3(1e15, 1e15, 0), 1),                    // next to nowhere
@@ -224,6 +229,12 @@ static void odd_lights_spoil_nothing(void **state)
       Picture picture = picture_render(&scene, &camera, &request);
       bool sound = isfinite(odd[i].intensity) && vec3_is_finite(odd[i].position_world);
       if (sound) picture_assert_signal(&picture, 0.1);
+      if (sound && m == SHADOWS_HYBRID) {
+        request.settings.shadows = SHADOWS_RAYS;
+        Picture rays = picture_render(&scene, &camera, &request);
+        picture_assert_same(&rays, &picture);
+        picture_free(&rays);
+      }
       picture_free(&picture);
       scene_free(&scene);
     }
@@ -268,6 +279,28 @@ static void lights_beyond_the_budget_are_traced(void **state)
   scene_free(&scene);
 }
 
+// Ten thousand lights: some have maps, and the picture is that of rays. (None in the plane of one of the box's walls:
+// of such, hybrid shadows have been seen to tell one ray in 100 000 apart.)
+static void ten_thousand_lights_are_lights(void **state)
+{
+  enum { LIGHTS = 10000 };
+  Camera camera = camera_above();
+  Scene scene = scene_floor(true);
+  for (int i = 0; i < LIGHTS; i++)
+    scene_add_light(&scene, light_point(vec3(i % 100 * 0.05 - 2.5, 1 + i / 100 * 0.02, 0.7), 0.01));
+  PictureRequest request = picture_request(16, 9, 1);
+  request.settings.shadows = SHADOWS_RAYS;
+  Picture rays = picture_render(&scene, &camera, &request);
+  picture_assert_signal(&rays, 0.1);
+  request.settings.shadows = SHADOWS_HYBRID;
+  request.settings.shadow_options = (ShadowOptions){.map_size_px = 32, .max_bytes = 50000000};
+  Picture hybrid = picture_render(&scene, &camera, &request);
+  picture_assert_same(&rays, &hybrid);
+  picture_free(&hybrid);
+  picture_free(&rays);
+  scene_free(&scene);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -278,6 +311,7 @@ int main(void)
       cmocka_unit_test(odd_lights_spoil_nothing),
       cmocka_unit_test(one_triangle_is_a_scene),
       cmocka_unit_test(lights_beyond_the_budget_are_traced),
+      cmocka_unit_test(ten_thousand_lights_are_lights),
       cmocka_unit_test(a_half_hidden_light_lights_by_its_visible_part),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);

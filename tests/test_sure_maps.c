@@ -1,5 +1,6 @@
 // What light maps know for sure, as GPUs draw it, is what CPUs draw, at every width.
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -19,7 +20,8 @@
 
 // A light's maps, on the host.
 typedef struct SureCopy {
-  uint32_t block_count;
+  uint32_t block_count, tile_count;
+  ShadowTile *tiles;
   ShadowBlock *blocks;
   ShadowRow *rows;
 } SureCopy;
@@ -32,8 +34,24 @@ static void *buffer_copy(Device *device, const DeviceBuffer *buffer)
   return to;
 }
 
+// Marks every third tile; `close` is about how close the scene is to the light.
+static void tiles_mark(SureMaps *maps, Device *device, float close)
+{
+  size_t count = maps->marks.bytes / sizeof(uint32_t);
+  uint32_t *marks = malloc(count * sizeof *marks);
+  assert_non_null(marks);
+  for (size_t i = 0; i < count; i++) {
+    float least = close * (0.5f + 0.1f * (float)(i % 10));
+    uint32_t bits;
+    memcpy(&bits, &least, sizeof bits);
+    marks[i] = i % 3 ? SHADOW_TILE_UNKNOWN : bits >> 31 ? ~bits : bits | 0x80000000u;
+  }
+  raster_assert_ok(buffer_write(device, &maps->marks, marks, maps->marks.bytes, &raster_log));
+  free(marks);
+}
+
 static SureCopy maps_draw(RasterFixture *fixture, const Solids *solids, const ShadowFit *fit, RasterVariant variant,
-                          uint32_t pass_chunks)
+                          uint32_t pass_chunks, float close)
 {
   Device *device = raster_device(variant);
   SureRaster raster;
@@ -44,9 +62,13 @@ static SureCopy maps_draw(RasterFixture *fixture, const Solids *solids, const Sh
   raster_assert_ok(
       buffer_create(&solid, device, solids->word_count * sizeof *solids->bits, solids->bits, "solid", &raster_log));
   raster_assert_ok(sure_raster_make(&raster, device, &fixture->triangles, &options, &raster_log));
-  raster_assert_ok(sure_maps_draw(&maps, &raster, device, &fixture->triangles, fit, &solid, true, &raster_log));
-  SureCopy copy = {(uint32_t)(maps.blocks.bytes / sizeof(ShadowBlock)), buffer_copy(device, &maps.blocks),
-                   buffer_copy(device, &maps.rows)};
+  raster_assert_ok(sure_maps_aim(&maps, device, fit, 1, isfinite(close), &raster_log));
+  if (isfinite(close)) tiles_mark(&maps, device, close);
+  raster_assert_ok(sure_maps_settle(&maps, device, &raster_log));
+  raster_assert_ok(sure_maps_draw(&maps, 0, &raster, device, &fixture->triangles, &solid, true, &raster_log));
+  SureCopy copy = {maps.block_count, maps.tile_count, buffer_copy(device, &maps.tiles),
+                   buffer_copy(device, &maps.blocks), buffer_copy(device, &maps.rows)};
+  assert_int_equal(maps.block_count, SHADOW_TILE_BLOCKS * maps.known_tiles[0]);
   sure_maps_free(&maps);
   sure_raster_free(&raster);
   buffer_free(&solid);
@@ -55,36 +77,47 @@ static SureCopy maps_draw(RasterFixture *fixture, const Solids *solids, const Sh
 
 static void copy_free(SureCopy *copy)
 {
+  free(copy->tiles);
   free(copy->blocks);
   free(copy->rows);
 }
 
 // Entry k of a texel's list: false where there is none, or what it says means nothing.
-static bool entry_of(float *near, uint32_t *number, const SureCopy *copy, uint32_t block, uint32_t texel, uint32_t k)
+static bool entry_of(float *near, uint32_t *number, const SureCopy *copy, uint32_t block, uint32_t texel, uint32_t k,
+                     float least)
 {
   const ShadowBlock *of = &copy->blocks[block];
   const ShadowRow *row = k ? &copy->rows[(size_t)(k - 1) * copy->block_count + block] : &of->first;
   if (k >= of->row_count || !(row->near[texel] > -INFINITY) || row->near[texel] < of->covered[texel]) return false;
+  if (row->near[texel] < least) return false;
   *near = row->near[texel];
   *number = row->number[texel];
   return true;
 }
 
-static bool texels_differ(const SureCopy *a, const SureCopy *b, uint32_t block, uint32_t texel)
+// Of a texel in block `block` of a and `of` of b: in what is closer than `least`.
+static bool texels_differ(const SureCopy *a, const SureCopy *b, uint32_t block, uint32_t of, uint32_t texel,
+                          float least)
 {
-  const ShadowBlock *of_a = &a->blocks[block], *of_b = &b->blocks[block];
-  if (memcmp(&of_a->covered[texel], &of_b->covered[texel], sizeof(float)) != 0) return true;
-  float rest_a = fmaxf(of_a->rest[texel], of_a->covered[texel]),
-        rest_b = fmaxf(of_b->rest[texel], of_b->covered[texel]);
+  const ShadowBlock *of_a = &a->blocks[block], *of_b = &b->blocks[of];
+  float covered_a = fmaxf(of_a->covered[texel], least), covered_b = fmaxf(of_b->covered[texel], least);
+  if (memcmp(&covered_a, &covered_b, sizeof covered_a) != 0) return true;
+  float rest_a = fmaxf(of_a->rest[texel], covered_a), rest_b = fmaxf(of_b->rest[texel], covered_b);
   if (memcmp(&rest_a, &rest_b, sizeof rest_a) != 0) return true;
   for (uint32_t k = 0; k < SHADOW_NUMBERS; k++) {
     float near[2] = {0};
     uint32_t number[2] = {0};
-    bool has_a = entry_of(&near[0], &number[0], a, block, texel, k),
-         has_b = entry_of(&near[1], &number[1], b, block, texel, k);
+    bool has_a = entry_of(&near[0], &number[0], a, block, texel, k, least),
+         has_b = entry_of(&near[1], &number[1], b, of, texel, k, least);
     if (has_a != has_b || memcmp(&near[0], &near[1], sizeof(float)) != 0 || number[0] != number[1]) return true;
   }
   return false;
+}
+
+// Whether something is in the tile of a block. Where nothing is, a block may not be written.
+static bool block_is_drawn(const SureCopy *copy, uint32_t block)
+{
+  return copy->tiles[block / SHADOW_TILE_BLOCKS].near > -INFINITY;
 }
 
 // Fails unless all variants draw the same of each light's maps, and something. The first draws the scene in one pass.
@@ -105,11 +138,14 @@ static void scene_check(const Scene *scene, const Camera *camera, uint32_t size_
     if (!shadow_fit(&fit, &fixture.scene.light_infos[light], SHADOWS_HYBRID, &shadow_options, &scope)) continue;
     SureCopy copies[RASTER_VARIANTS];
     for (int v = 0; v < RASTER_VARIANTS; v++)
-      copies[v] = maps_draw(&fixture, &solids, &fit, (RasterVariant)v, v == RASTER_BINS_16 ? 0 : pass_chunks);
+      copies[v] = maps_draw(&fixture, &solids, &fit, (RasterVariant)v, v == RASTER_BINS_16 ? 0 : pass_chunks, INFINITY);
+    for (int v = 1; v < RASTER_VARIANTS; v++)
+      assert_memory_equal(copies[0].tiles, copies[v].tiles, copies[0].tile_count * sizeof(ShadowTile));
     for (uint32_t i = 0; i < 16 * copies[0].block_count; i++) {
+      if (!block_is_drawn(&copies[0], i / 16)) continue;
       const ShadowBlock *block = &copies[0].blocks[i / 16];
       for (int v = 1; v < RASTER_VARIANTS; v++)
-        if (texels_differ(&copies[0], &copies[v], i / 16, i % 16))
+        if (texels_differ(&copies[0], &copies[v], i / 16, i / 16, i % 16, -INFINITY))
           fail_msg("light %u, texel %u of block %u: %s differs", light, i % 16, i / 16, raster_variant_names[v]);
       named += block->first.near[i % 16] > -INFINITY;
       covered += block->covered[i % 16] > -INFINITY;
@@ -144,11 +180,62 @@ static void passes_add_up_to_the_whole(void **state)
   scene_free(&scene);
 }
 
+// Of a map of which some tiles are marked these alone are drawn, and of them what is as close as is asked: as in the
+// whole map.
+static void marked_tiles_know_what_the_whole_map_knows(void **state)
+{
+  Scene scene = scene_features();
+  Camera camera = scene_features_camera();
+  RasterFixture fixture;
+  Solids solids;
+  const PictureArea area = {160, 90, 0, 0, 160, 90};
+  const CameraInfo info = camera_info(&camera, &area);
+  raster_fixture_make(&fixture, &scene);
+  raster_assert_ok(solids_make(&solids, &scene, &raster_log));
+  const ShadowScope scope = {&info, fixture.scene.low, fixture.scene.high};
+  const ShadowOptions shadow_options = {.map_size_px = 100};
+  uint32_t drawn = 0, dropped = 0;
+  for (uint32_t light = 0; light < fixture.scene.light_count; light++) {
+    ShadowFit fit;
+    if (!shadow_fit(&fit, &fixture.scene.light_infos[light], SHADOWS_HYBRID, &shadow_options, &scope)) continue;
+    float close = fit.views[0].raster.parallel ? -0.8f : 0.25f;
+    SureCopy whole = maps_draw(&fixture, &solids, &fit, RASTER_BINS_16, 0, INFINITY);
+    for (int v = 0; v < RASTER_VARIANTS; v++) {
+      SureCopy marked = maps_draw(&fixture, &solids, &fit, (RasterVariant)v, 0, close);
+      assert_int_equal(whole.tile_count, marked.tile_count);
+      for (uint32_t t = 0; t < marked.tile_count; t++) {
+        const ShadowTile *tile = &marked.tiles[t], *all = &whole.tiles[t];
+        assert_int_equal(tile->first_block == SHADOW_TILE_UNKNOWN, t % 3 != 0);
+        if (tile->first_block == SHADOW_TILE_UNKNOWN) continue;
+        assert_true(tile->near <= all->near && tile->covered <= all->covered);
+        if (!(tile->near > -INFINITY)) {
+          dropped += all->near > -INFINITY;
+          assert_true(all->near < tile->least);
+          continue;
+        }
+        drawn++;
+        for (uint32_t i = 0; i < 16 * SHADOW_TILE_BLOCKS; i++)
+          if (texels_differ(&whole, &marked, all->first_block + i / 16, tile->first_block + i / 16, i % 16,
+                            tile->least))
+            fail_msg("light %u, texel %u of tile %u: %s differs", light, i, t, raster_variant_names[v]);
+      }
+      copy_free(&marked);
+    }
+    copy_free(&whole);
+  }
+  printf("%u tiles drawn, %u hold nothing close enough\n", drawn, dropped);
+  assert_true(drawn > 100 && dropped > 10);
+  solids_free(&solids);
+  raster_fixture_free(&fixture);
+  scene_free(&scene);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(every_way_and_width_knows_the_same),
       cmocka_unit_test(passes_add_up_to_the_whole),
+      cmocka_unit_test(marked_tiles_know_what_the_whole_map_knows),
   };
   return cmocka_run_group_tests(tests, raster_tests_begin, raster_tests_end);
 }

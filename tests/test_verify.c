@@ -104,7 +104,7 @@ static void intervals_hold_the_true_share_as_often_as_they_say(void **state)
       for (int seed = 0; seed < draws; seed++) {
         ProbeError error;
         ProbeSet set = probes(WIDTH, HEIGHT, pixels[p], (uint32_t)seed);
-        picture_assert_ok(probe_error_make(&error, picture, reference, WIDTH, &set, &picture_log));
+        picture_assert_ok(probe_error_make(&error, picture, reference, NULL, WIDTH, &set, &picture_log));
         held += error.off.low <= share && share <= error.off.high;
         mean += error.off.share / draws;
         assert_true(error.off.share <= error.dark.share && error.light.share <= 0);
@@ -115,6 +115,23 @@ static void intervals_hold_the_true_share_as_often_as_they_say(void **state)
       // half of the share.
       if (fabs(mean - share) > 0.1 * share) fail_msg("band %g: mean %g, expected %g", bands[b], mean, share);
     }
+}
+
+// A step, a slope that is too flat and a tile of its own beyond a tile's rim.
+static void edges_of_shadows_are_where_light_changes(void **state)
+{
+  enum { SIDE = 16 };
+  float lit[SIDE * SIDE];
+  bool edges[SIDE * SIDE];
+  ProbeSet set = probes(SIDE, SIDE, SIDE * SIDE, 0);
+  for (int i = 0; i < SIDE * SIDE; i++) {
+    int x = i % SIDE, y = i / SIDE;
+    lit[i] = y >= 8 ? 0.5f + 0.019f * (float)x : x < 3 ? 0 : 1;
+  }
+  probe_edges(edges, lit, SIDE, &set);
+  for (int i = 0; i < SIDE * SIDE; i++)
+    if (edges[i] != (i / SIDE < 8 && (i % SIDE == 2 || i % SIDE == 3))) fail_msg("pixel %d", i);
+  probes_free(&set);
 }
 
 // Boxes on a floor in the sun.
@@ -178,6 +195,7 @@ static void an_exact_picture_has_no_wrong_pixels(void **state)
       settings.primary = (PrimaryMethod)primary;
       VerifyResult result = verified(&scene, &settings, (VerifyChoice){.all = true}, 0);
       assert_true(result.error.off.share <= 0 && result.error.off.high <= 0 && result.error.pixels == WIDTH * HEIGHT);
+      assert_true(result.edges.pixels > 100 && result.edges.off.high <= 0);
       result = verified(&scene, &settings, (VerifyChoice){.pixels = 1000}, 0);
       assert_true(result.error.off.share <= 0 && result.error.off.high > 0);
     }
@@ -208,13 +226,22 @@ static void what_is_measured_is_what_a_comparison_counts(void **state)
   assert_true(fabs(result.shadows.off.share - result.error.off.share) < 1e-9);
   double dark = result.shadows.dark.share, light = result.shadows.light.share;
   assert_true(dark > 0 && light > 0 && fabs(dark + light - result.shadows.off.share) < 1e-9);
-  int held = 0;
+  // What a map gets wrong is near edges: a larger share of few pixels, and no more of them.
+  const ProbeError edges = result.edges;
+  double edge_pixels = (double)edges.pixels, all_pixels = (double)result.shadows.pixels;
+  assert_true(edge_pixels > 0.005 * all_pixels && edge_pixels < 0.3 * all_pixels);
+  assert_true(edges.off.share > 3 * error.over_share && edges.off.share * edge_pixels <= error.over_share * all_pixels);
+  assert_true(edges.dark.share > 0 && edges.light.share > 0);
+  int held = 0, edges_held = 0;
   for (uint32_t seed = 0; seed < 8; seed++) {
     result = verified(&scene, &settings, (VerifyChoice){.pixels = 4096}, seed);
+    assert_true(result.edges.pixels < result.shadows.pixels);
+    edges_held += result.edges.off.low <= edges.off.share && edges.off.share <= result.edges.off.high;
     assert_true(!result.all && result.error.pixels > 3500 && result.error.off.high < 10 * error.over_share);
     held += result.error.off.low <= error.over_share && error.over_share <= result.error.off.high;
   }
   assert_true(held >= 7);  // of 8 at 95 %: fewer in 6 of 100 sets of seeds
+  assert_true(edges_held >= 6);
   picture_free(&mapped);
   picture_free(&traced);
   scene_free(&scene);
@@ -227,6 +254,8 @@ static void shadows_left_out_are_all_too_light(void **state)
   RenderSettings settings = settings_of(SHADOWS_NONE);
   VerifyResult result = verified(&scene, &settings, (VerifyChoice){.all = true}, 0);
   assert_true(result.has_shadows && result.shadows.light.share > 0.01 && result.shadows.dark.share <= 0);
+  // On one side of each edge.
+  assert_true(result.edges.light.share > 0.3 && result.edges.light.share < 0.7 && result.edges.dark.share <= 0);
   scene_free(&scene);
 }
 
@@ -252,6 +281,7 @@ int main(void)
       cmocka_unit_test(another_seed_probes_elsewhere),
       cmocka_unit_test(intervals_are_those_of_clopper_and_pearson),
       cmocka_unit_test(intervals_hold_the_true_share_as_often_as_they_say),
+      cmocka_unit_test(edges_of_shadows_are_where_light_changes),
       cmocka_unit_test(an_exact_picture_has_no_wrong_pixels),
       cmocka_unit_test(what_is_measured_is_what_a_comparison_counts),
       cmocka_unit_test(shadows_left_out_are_all_too_light),

@@ -4,6 +4,7 @@
 //   From  Akenine-Moller, Aila, "Conservative and Tiled Rasterization Using a Modified Triangle Setup", 2005.
 
 #include "lib/depth_clip.cl"
+#include "lib/sure_tiles.cl"
 #include "lib/view.cl"
 #include "shared/bvh.h"
 #include "shared/raster.h"
@@ -211,9 +212,10 @@ static inline void list_fields(UintL fields[SURE_VIEW], const ListTriangle *t, c
   fields[SURE_ACROSS] = LANE_AS_UINT(t->across);
 }
 
-// Sets up triangles from number `first` on: returns the lanes that a map has texels of, `box`.
+// Sets up triangles from number `first` on: returns the lanes that known tiles of a map have texels of, `box`.
 static inline IntL list_setup(ListTriangle *t, IntL box[4], IntL *closed, global const RasterBlock *blocks, uint first,
-                              constant ShadowView *view, global const uint *solid, uint skip_facing)
+                              constant ShadowView *view, global const uint *solid, uint skip_facing,
+                              global const ShadowTile *tiles, uint tile_columns)
 {
   Vec3L corners[3], a[3];
   UintL id = LANE_LOAD(blocks[first / RASTER_STEP].id, first % RASTER_STEP);
@@ -222,5 +224,13 @@ static inline IntL list_setup(ListTriangle *t, IntL box[4], IntL *closed, global
   triangles_load(corners, a, blocks, first, &view->raster);
   *t = list_triangle(view, view->raster.width, a, *closed, unused);
   list_bounds(box, t, &view->raster);
-  return !t->culled & (box[0] <= box[2]) & (box[1] <= box[3]);
+  IntL seen = !t->culled & (box[0] <= box[2]) & (box[1] <= box[3]);
+  for (uint bits = lane_bits(seen); bits; bits &= bits - 1) {
+    uint lane = lowest_bit(bits);
+    int4 texels =
+        (int4)(LANE_INT(box[0], lane), LANE_INT(box[1], lane), LANE_INT(box[2], lane), LANE_INT(box[3], lane));
+    if (!tiles_want(tiles, tile_columns, texels / SHADOW_TILE_PX, LANE_FLOAT(t->near_most, lane)))
+      LANE_INT(seen, lane) = 0;
+  }
+  return seen;
 }

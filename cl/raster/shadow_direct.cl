@@ -1,30 +1,33 @@
 // Conservative raster of a light's maps on a GPU: what shadow_bins.cl makes, by work-groups.
 //
-//   in    blocks, bounds, views, solid, skip_facing   as shadow_setup.cl
-//   out   blocks, rows                                as shadow_bins.cl, whose lists these are
+//   in    blocks, bounds, views, solid, skip_facing, tiles   as shadow_setup.cl
+//   out   tiles, blocks, rows                                as shadow_bins.cl, whose lists these are; here all known
+//                                                            tiles have blocks
 //
 //   shadow_take    a work-item a triangle and view: its record, and how many each bin has
 //   shadow_place   a work-item a bin: where its list begins
 //   shadow_fill    work-items that go through the records: the lists
-//   shadow_tiles   a work-group a tile of GROUP_SIZE texels: each has a work-item, which keeps what the texel knows in
-//                  registers. GROUP_SIZE triangles of the bin's list at a time are tried on the tile, one a work-item,
-//                  and then those of each block draw what is on it.
+//   shadow_squares a work-group a square of GROUP_SIZE texels of a known tile: each has a work-item, which keeps what
+//                  the texel knows in registers. GROUP_SIZE triangles of the bin's list at a time are tried on the
+//                  square, one a work-item, and then those of each block draw what is on it.
+//   shadow_sum_up  a work-item a tile: what its texels have in common
 //
-//   Cost  on an H100, for all maps of a picture's lights, 0.6 ms (12 k triangles), 2.9 (120 k) and 6 to 8.5 (740 and
-//   970 k); 100 bytes written for a triangle and view that survive, 8 read for each tile of a bin that it is in; 20 to
-//   76 bytes written a texel.
+//   Cost  on an H100, for all of the maps of a picture's lights (all tiles known), 0.6 ms (12 k triangles), 2.9 (120 k)
+//   and 6 to 8.5 (740 and 970 k); 100 bytes written for a triangle and view that survive, 8 read for each square of a
+//   bin that it is in; 20 to 76 bytes written a texel.
 //   Lists come in any order, texels do not depend on it (lib/sure_texels.cl). LANES is 1. Records and lists have room
 //   for every triangle and view of a pass: nothing overflows.
 
 #include "lib/sure_texels.cl"
+#include "lib/sure_tiles.cl"
 #include "lib/sure_triangle.cl"
 
-#if GROUP_SIZE % 32
-#error "a tile is not of whole rows of blocks"
+#if GROUP_SIZE % 32 || GROUP_SIZE > 128
+#error "a square is not of whole rows of blocks of one tile"
 #endif
 
-#define TILE_BLOCKS (GROUP_SIZE / 16)  // in rows of two
-#define TILE_BLOCK_ROWS (TILE_BLOCKS / 2)
+#define SQUARE_BLOCKS (GROUP_SIZE / 16)  // in rows of two
+#define SQUARE_ROWS (SQUARE_BLOCKS / 2)
 
 // Bins of a record: first and last.
 static inline int4 record_bins(global const uint *record)
@@ -43,14 +46,19 @@ static inline uint list_of_view(uint view, uint columns) { return view * (column
 
 kernel void shadow_take(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
                         uint triangle_count, constant ShadowView *views, uint view_count, uint columns,
-                        global const uint *solid, uint skip_facing, global uint *records, global uint *counts)
+                        global const uint *solid, uint skip_facing, global const ShadowTile *tiles, uint first_tile,
+                        uint tile_columns, global uint *records, global uint *counts)
 {
   local uint queued, first;
   uint item = get_global_id(0), number = first_triangle + item % triangle_count, view = item / triangle_count;
   if (view >= view_count) return;  // whole work-groups, here and below: a chunk is of whole ones
-  if (!bounds_on_map(&bounds[number / RASTER_CHUNK], &views[view].raster)) return;
+  tiles += first_tile + view * tile_columns * tile_columns;
+  global const RasterBounds *chunk = &bounds[number / RASTER_CHUNK];
+  if (!bounds_on_map(chunk, &views[view].raster)) return;
+  if (!tiles_want_bounds(tiles, tile_columns, chunk, &views[view].raster)) return;
   ListTriangle t;
-  int box[4], closed, seen = list_setup(&t, box, &closed, blocks, number, &views[view], solid, skip_facing);
+  int box[4], closed,
+      seen = list_setup(&t, box, &closed, blocks, number, &views[view], solid, skip_facing, tiles, tile_columns);
   if (get_local_id(0) == 0) queued = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
   uint before = seen ? atomic_inc(&queued) : 0;
@@ -103,12 +111,12 @@ typedef struct Texel {
 } Texel;
 
 static inline Texel texel_load(global const ShadowBlock *block, global const ShadowRow *rows, uint block_count,
-                               uint entry, bool begin)
+                               uint entry, bool begin, float least)
 {
   Texel texel;
   uint row_count = begin ? 0 : block->row_count;
   texel.covered = begin ? -INFINITY : block->covered[entry];
-  texel.rest = begin ? -INFINITY : block->rest[entry];
+  texel.rest = begin ? least : block->rest[entry];
 #pragma unroll
   for (uint k = 0; k < SHADOW_NUMBERS; k++) {
     global const ShadowRow *row = k ? &rows[(k - 1) * block_count] : &block->first;
@@ -150,11 +158,11 @@ static inline void texel_draw(Texel *texel, const ListRecord *t, int2 at_px, int
   texel->rest = max_lane(most, texel->rest);
 }
 
-// Blocks of the tile at `low` that a record's texels are in: bit i for block i.
+// Blocks of the square at `low` that a record's texels are in: bit i for block i.
 static inline uint record_blocks(global const uint *record, uint2 low)
 {
   uint x = record[SURE_TEXELS], y = record[SURE_TEXELS + 1], meets = 0;
-  for (uint i = 0; i < TILE_BLOCKS; i++) {
+  for (uint i = 0; i < SQUARE_BLOCKS; i++) {
     uint2 at = low + (uint2)(i % 2, i / 2) * 4;
     bool met = (x & 0xffffu) < at.x + 4 && x >> 16 >= at.x && (y & 0xffffu) < at.y + 4 && y >> 16 >= at.y;
     meets |= (uint)met << i;
@@ -162,24 +170,26 @@ static inline uint record_blocks(global const uint *record, uint2 low)
   return meets;
 }
 
-kernel void shadow_tiles(uint size, uint view_count, uint columns, global const uint *records,
-                         global const uint *starts, global const uint *ends, global const uint *lists, uint begin,
-                         global ShadowBlock *blocks, global ShadowRow *rows)
+kernel void shadow_squares(uint size, uint view_count, uint columns, global const uint *records,
+                           global const uint *starts, global const uint *ends, global const uint *lists,
+                           global const ShadowTile *tiles, uint first_tile, uint tile_columns,
+                           global ShadowBlock *blocks, global ShadowRow *rows, uint block_count)
 {
-  local uint found[TILE_BLOCKS][GROUP_SIZE], counts[TILE_BLOCKS];
-  uint row_blocks = size / 4, tile_columns = (row_blocks + 1) / 2;
-  uint tiles = tile_columns * ((row_blocks + TILE_BLOCK_ROWS - 1) / TILE_BLOCK_ROWS);
-  uint view = get_group_id(0) / tiles, tile = get_group_id(0) % tiles, member = get_local_id(0);
+  local uint found[SQUARE_BLOCKS][GROUP_SIZE], counts[SQUARE_BLOCKS];
+  uint square_columns = tile_columns * 2, squares = square_columns * tile_columns * (4 / SQUARE_ROWS);
+  uint view = get_group_id(0) / squares, square = get_group_id(0) % squares, member = get_local_id(0);
   if (view >= view_count) return;
-  uint2 tile_block = (uint2)(tile % tile_columns * 2, tile / tile_columns * TILE_BLOCK_ROWS);
-  uint2 at = tile_block + (uint2)(member / 16 % 2, member / 32);
-  uint entry = member % 16, block_count = view_count * row_blocks * row_blocks;
-  uint index = view * row_blocks * row_blocks + min(at.y, row_blocks - 1) * row_blocks + min(at.x, row_blocks - 1);
-  bool on_map = at.x < row_blocks && at.y < row_blocks;
-  Texel texel = texel_load(&blocks[index], &rows[index], block_count, entry, begin);
+  uint2 first_block = (uint2)(square % square_columns * 2, square / square_columns * SQUARE_ROWS);
+  global const ShadowTile *tile =
+      &tiles[first_tile + (view * tile_columns + first_block.y / 4) * tile_columns + first_block.x / 4];
+  if (tile->first_block == SHADOW_TILE_UNKNOWN) return;  // all of the work-group
+  uint2 at = first_block + (uint2)(member / 16 % 2, member / 32);
+  uint entry = member % 16, index = tile->first_block + tile_block(at.x, at.y);
+  bool begin = !(tile->near > -INFINITY);
+  Texel texel = texel_load(&blocks[index], &rows[index], block_count, entry, begin, tile->least);
   int2 at_px = (int2)((int)(entry % 4), (int)(entry / 4)), first_px = convert_int2(at) * 4;
 
-  uint2 low = tile_block * 4;
+  uint2 low = first_block * 4;
   uint list = list_of_view(view, columns) + low.y / SURE_BIN_PX * columns + low.x / SURE_BIN_PX;
   uint large = list_of_view(view, columns) + columns * columns;
   uint binned = ends[list] - starts[list], all = binned + ends[large] - starts[large];
@@ -189,7 +199,7 @@ kernel void shadow_tiles(uint size, uint view_count, uint columns, global const 
       number = lists[place < binned ? starts[list] + place : starts[large] + place - binned];
       meets = record_blocks(records + number * SURE_DIRECT_WORDS, low);
     }
-    if (member < TILE_BLOCKS) counts[member] = 0;
+    if (member < SQUARE_BLOCKS) counts[member] = 0;
     barrier(CLK_LOCAL_MEM_FENCE);
     for (; meets; meets &= meets - 1) {
       uint block = lowest_bit(meets);
@@ -211,6 +221,15 @@ kernel void shadow_tiles(uint size, uint view_count, uint columns, global const 
   atomic_max(&counts[member / 16], used);
   barrier(CLK_LOCAL_MEM_FENCE);
   uint row_count = counts[member / 16];
-  if (on_map) texel_store(&texel, &blocks[index], &rows[index], block_count, entry, row_count);
+  texel_store(&texel, &blocks[index], &rows[index], block_count, entry, row_count);
   barrier(CLK_LOCAL_MEM_FENCE);  // without it PoCL 3.1 loses some of what is stored
+}
+
+kernel void shadow_sum_up(uint size, uint view_count, global ShadowTile *tiles, uint first_tile, uint tile_columns,
+                          global const ShadowBlock *blocks)
+{
+  uint item = get_global_id(0), place = item % (tile_columns * tile_columns);
+  tiles += first_tile;
+  if (item >= view_count * tile_columns * tile_columns || tiles[item].first_block == SHADOW_TILE_UNKNOWN) return;
+  tile_sum_up(&tiles[item], blocks, (uint2)(place % tile_columns, place / tile_columns), size);
 }

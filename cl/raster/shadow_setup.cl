@@ -5,6 +5,8 @@
 //         views             [view_count], `columns` bins a side
 //         solid             bit i % 32 of word i / 32: triangle i is of a closed surface (host/device_scene/solid.h)
 //         skip_facing       1: solid triangles that face the light are left out
+//         tiles             [view_count][tile_columns][tile_columns] from first_tile on, which are to be known: what
+//                           can only be in others, and what comes no closer than they ask, is left out
 //   out   records  [view][chunk][RASTER_CHUNK + 1][SURE_WORDS] (shared/shadow.h)
 //         spans, starts, lists   as depth_setup.cl
 //
@@ -21,24 +23,29 @@
 
 kernel void shadow_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
                          uint chunk_count, constant ShadowView *views, uint view_count, uint columns,
-                         global const uint *solid, uint skip_facing, global uint *records, global uint *spans,
-                         global uint *starts, global ushort *lists)
+                         global const uint *solid, uint skip_facing, global const ShadowTile *tiles, uint first_tile,
+                         uint tile_columns, global uint *records, global uint *spans, global uint *starts,
+                         global ushort *lists)
 {
   uint item = get_global_id(0), chunk = first_chunk + item % chunk_count;
   if (item >= chunk_count * view_count) return;
   constant ShadowView *view = &views[item / chunk_count];
+  tiles += first_tile + item / chunk_count * tile_columns * tile_columns;
   BinRanges ranges;
   blocks += chunk * RASTER_CHUNK_BLOCKS;
   records += item * (RASTER_CHUNK + 1) * SURE_WORDS;
   starts += item * (columns * columns + 2);
   lists += item * (RASTER_CHUNK * RASTER_LARGE_BINS);
   ranges_clear(&ranges);
-  uint count = bounds_on_map(&bounds[chunk], &view->raster) ? RASTER_CHUNK : 0;
+  bool wanted = bounds_on_map(&bounds[chunk], &view->raster) &&
+                tiles_want_bounds(tiles, tile_columns, &bounds[chunk], &view->raster);
+  uint count = wanted ? RASTER_CHUNK : 0;
   for (uint first = 0; first < count; first += LANES) {
     global const RasterBlock *block = &blocks[first / RASTER_STEP];
     block_prefetch(block + PREFETCH_BLOCKS);
     ListTriangle t;
-    IntL box[4], closed, seen = list_setup(&t, box, &closed, blocks, first, view, solid, skip_facing);
+    IntL box[4], closed,
+        seen = list_setup(&t, box, &closed, blocks, first, view, solid, skip_facing, tiles, tile_columns);
     uint bits = lane_bits(seen);
     if (!bits) continue;
 

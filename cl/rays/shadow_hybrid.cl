@@ -1,17 +1,18 @@
 // Hybrid shadows: the verdicts of trace_any, from what a light's maps know for sure (cl/raster/shadow_bins.cl), and the
 // rays that remain.
 //
-//   in    rays, slots   a stream of shadow rays to one light, [ray_count] of segment `segment`
-//         info, views   the light's maps
-//         blocks, rows  what they know (shared/shadow.h)
+//   in    rays, slots   a stream of shadow rays to `light`, [ray_count] of segment `segment`
+//         infos, views  the maps of all lights
+//         tiles, blocks, rows  what they know (shared/shadow.h)
 //         triangles     in the order of the BVH's leaves
 //   out   radiance[slot] gains the weight of rays that nothing stops
 //         unsure_rays, _slots, count   rays that the maps cannot judge, for trace_any
 //
-//   A shadow ray is one point of the map. It is lit if it is closer to the light than all that its texel holds; dark if
-//   a triangle that hides all of the texel is closer. Between them it is dark if it meets a triangle that the texel
-//   names, by the very function that rays ask, and lit if it meets none and is closer than all that are not named.
-//   Else, where a BLEND surface is among them, and where no map holds the point, it is unsure.
+//   A shadow ray is one point of the map. It is lit if it is closer to the light than all that its tile holds, or its
+//   texel; dark if a triangle that hides all of the texel is closer (lib/sure_look.cl, which shading asks first: what
+//   comes here it could not tell, and what has to wait for that). Between them it is dark if it meets a triangle that
+//   the texel names, by the very function that rays ask, and lit if it meets none and is closer than all that are not
+//   named. Else, where a BLEND surface is among them, and where no map knows of the point, it is unsure.
 //
 //   Pro   no bias: a verdict is the ray's. Most need one look at the map; neighbouring rays ask for the same
 //         triangles, each of which is tested against all of them at once.
@@ -26,48 +27,12 @@
 //         Models using Selective Ray Tracing", 2009.
 
 #include "lib/packet.cl"
-#include "lib/shadow_view.cl"
+#include "lib/radiance.cl"
+#include "lib/sure_look.cl"
+#include "shared/shadow.h"
 
 // Triangles that a packet has tested of late: those of several lanes are mostly the same.
 #define TESTED 8
-
-// What the maps know of the packet's points.
-typedef struct TexelLook {
-  IntL mapped;  // lanes that a map holds
-  UintL block;  // index into the blocks
-  UintL texel;  // of the block
-  FloatL closeness, slack;
-} TexelLook;
-
-static inline TexelLook texels_look(global const ShadowInfo *info, global const ShadowView *views, Vec3L origin,
-                                    IntL active)
-{
-  TexelLook look;
-  UintL chosen = shadow_view_choose(info, views, origin);
-  uint size = info->size_px, row_blocks = size / 4;
-  look.mapped = active & (chosen != UINTL(SHADOW_VIEW_NONE));
-  look.block = look.texel = UINTL(0);
-  look.closeness = look.slack = FLOATL(0);
-  for (uint bits = lane_bits(look.mapped); bits;) {
-    uint number = LANE_UINT(chosen, lowest_bit(bits));
-    IntL group = look.mapped & (chosen == UINTL(number));
-    bits &= ~lane_bits(group);
-    global const ShadowView *view = &views[number];
-    MapPoint at = shadow_project(view, shadow_relative(view, origin));
-    FloatL last = FLOATL((float)(size - 1)), zero = FLOATL(0), one = FLOATL(1);
-    UintL x = LANE_AS_UINT(LANE_CONVERT_INT(min_lane(max_lane(at.x, zero), last)));
-    UintL y = LANE_AS_UINT(LANE_CONVERT_INT(min_lane(max_lane(at.y, zero), last)));
-    UintL block = (y >> UINTL(2)) * UINTL(row_blocks) + (x >> UINTL(2)) + UINTL(number * row_blocks * row_blocks);
-    look.block = group ? block : look.block;
-    look.texel = group ? (y & UINTL(3)) * UINTL(4) + (x & UINTL(3)) : look.texel;
-    bool parallel = view->raster.parallel;
-    FloatL closeness = parallel ? zero - at.depth : one / at.w;
-    look.closeness = group ? closeness : look.closeness;
-    look.slack =
-        group ? (parallel ? FLOATL(SHADOW_ROUNDING_PARALLEL) : closeness * FLOATL(SHADOW_ROUNDING)) : look.slack;
-  }
-  return look;
-}
 
 // Lanes of `group` that pass a triangle by no more than rounding.
 static inline IntL packet_grazes(const Packet *p, IntL group, const ShearedRay *ray, uint kz,
@@ -80,13 +45,13 @@ static inline IntL packet_grazes(const Packet *p, IntL group, const ShearedRay *
 // Tests the packet's lanes `group`, which share the dominant axis `kz`, against the triangles that their texels name
 // and that may be closer to the light; returns those for which that is not enough: a BLEND surface is among them, or
 // the edge of a closed surface is so near that the ray might meet the side that is left out.
-static inline IntL named_walk(Packet *p, IntL group, uint kz, const TexelLook *look, UintL row_count,
+static inline IntL named_walk(Packet *p, IntL group, uint kz, const TexelLook *look, UintL block, UintL row_count,
                               global const ShadowBlock *blocks, global const ShadowRow *rows, uint block_count,
                               global const BvhTriangle *triangles, const AttributeSources *attributes)
 {
   ShearedRay ray = shear_ray(p->origin, p->direction, kz);
   IntL positive_kz = component3(p->direction, kz) > FLOATL(0), unclear = INTL(0), left = group;
-  UintL block = look->block, texel = look->texel;
+  UintL texel = look->texel;
   FloatL closeness = look->closeness - look->slack;
   uint tested[TESTED], turn = 0;
   for (uint i = 0; i < TESTED; i++) tested[i] = HIT_NONE;
@@ -118,10 +83,47 @@ static inline IntL named_walk(Packet *p, IntL group, uint kz, const TexelLook *l
   return unclear;
 }
 
-kernel void shadow_hybrid(global const ShadowInfo *info, global const ShadowView *views,
-                          global const ShadowBlock *blocks, global const ShadowRow *rows,
-                          global const BvhTriangle *triangles, global const float *rays, uint capacity, uint ray_count,
-                          uint segment, global const uint *slots, global float4 *radiance, global float *unsure_rays,
+// What the triangles tell that the texels of those that wait name. All other rays are unsure.
+static inline void named_judge(Verdicts *v, const TexelLook *look, Packet *p, global const ShadowBlock *blocks,
+                               global const ShadowRow *rows, uint block_count, global const BvhTriangle *triangles,
+                               const AttributeSources *attributes)
+{
+  UintL axis = dominant_axis(p->direction), row_count = UINTL(0);
+  FloatL rest = FLOATL(INFINITY);
+  IntL unclear = INTL(0);
+  for (uint bits = lane_bits(v->waiting); bits; bits &= bits - 1) {
+    uint lane = lowest_bit(bits);
+    global const ShadowBlock *block = &blocks[LANE_UINT(v->block, lane)];
+    LANE_FLOAT(rest, lane) = block->rest[LANE_UINT(look->texel, lane)];
+    LANE_UINT(row_count, lane) = block->row_count;
+  }
+  for (uint kz = 0; kz < 3; kz++) {
+    IntL group = v->waiting & (axis == UINTL(kz));
+    if (any_lane(group))
+      unclear = unclear |
+                named_walk(p, group, kz, look, v->block, row_count, blocks, rows, block_count, triangles, attributes);
+  }
+  v->dark = v->dark | (v->waiting & p->occluded);
+  v->lit = v->lit | (v->waiting & !p->occluded & !unclear & (look->closeness - look->slack > rest));
+}
+
+// Adds the weights of the lanes `lit`; of `valid` all are in the stream.
+static inline void weights_add(IntL lit, IntL valid, global const float *rays, uint capacity, uint first,
+                               global const uint *slots, global float4 *radiance)
+{
+  if (!any_lane(lit)) return;
+  UintL slot = LANE_LOAD(slots, first);
+  IntL touched = slots_follow(slot, valid) ? valid : lit;  // whole vectors are quicker
+  Sum sum = radiance_load(radiance, slot, touched);
+  sum.rgb = select3(lit, add3(sum.rgb, stream_load3(rays, capacity, RAY_WEIGHT_R, first)), sum.rgb);
+  radiance_store(radiance, slot, touched, sum);
+}
+
+kernel void shadow_hybrid(global const ShadowInfo *infos, uint light, global const ShadowView *views,
+                          global const ShadowTile *tiles, global const ShadowBlock *blocks,
+                          global const ShadowRow *rows, uint block_count, global const BvhTriangle *triangles,
+                          global const float *rays, uint capacity, uint ray_count, uint segment,
+                          global const uint *slots, global float4 *radiance, global float *unsure_rays,
                           global uint *unsure_slots, global uint *unsure_count, global const TriangleCorners *corners,
                           global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
                           global const MaterialInfo *materials, global const TextureInfo *textures,
@@ -133,45 +135,18 @@ kernel void shadow_hybrid(global const ShadowInfo *info, global const ShadowView
   slots += segment * capacity;
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
-  uint block_count = info->view_count * (info->size_px / 4) * (info->size_px / 4);
   for (uint first = begin; first < end; first += LANES) {
     Vec3L origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
     IntL active = stream_load_t_max(rays, capacity, first, ray_count) > FLOATL(0);
-    TexelLook look = texels_look(info, views, origin, active);
-    FloatL nearest = FLOATL(INFINITY), covered = FLOATL(-INFINITY);
-    for (uint bits = lane_bits(look.mapped); bits; bits &= bits - 1) {
-      uint lane = lowest_bit(bits), texel = LANE_UINT(look.texel, lane);
-      global const ShadowBlock *block = &blocks[LANE_UINT(look.block, lane)];
-      LANE_FLOAT(nearest, lane) = block->first.near[texel];
-      LANE_FLOAT(covered, lane) = block->covered[texel];
-    }
-    IntL lit = look.mapped & (look.closeness - look.slack > nearest);
-    IntL dark = look.mapped & (look.closeness + look.slack < covered);
-    IntL waiting = look.mapped & !(lit | dark);
-    if (any_lane(waiting)) {
+    IntL valid = LANE_INDEX < INTL((int)(ray_count - first));
+    TexelLook look;
+    Verdicts v = sure_judge(&look, &infos[light], views, tiles, blocks, origin, active);
+    if (any_lane(v.waiting)) {
       Packet p = packet_load(rays, capacity, first, ray_count, 0);
-      UintL axis = dominant_axis(p.direction);
-      UintL row_count = UINTL(0);
-      FloatL rest = FLOATL(INFINITY);
-      IntL unclear = INTL(0);
-      for (uint bits = lane_bits(waiting); bits; bits &= bits - 1) {
-        uint lane = lowest_bit(bits);
-        global const ShadowBlock *block = &blocks[LANE_UINT(look.block, lane)];
-        LANE_FLOAT(rest, lane) = block->rest[LANE_UINT(look.texel, lane)];
-        LANE_UINT(row_count, lane) = block->row_count;
-      }
-      for (uint kz = 0; kz < 3; kz++) {
-        IntL group = waiting & (axis == UINTL(kz));
-        if (any_lane(group))
-          unclear =
-              unclear | named_walk(&p, group, kz, &look, row_count, blocks, rows, block_count, triangles, &attributes);
-      }
-      dark = dark | (waiting & p.occluded);
-      lit = lit | (waiting & !p.occluded & !unclear & (look.closeness - look.slack > rest));
+      named_judge(&v, &look, &p, blocks, rows, block_count, triangles, &attributes);
     }
-    for (uint bits = lane_bits(lit); bits; bits &= bits - 1)
-      stream_add_weight(rays, capacity, first + lowest_bit(bits), slots, radiance, 1);
-    IntL unsure = active & !(lit | dark);
+    weights_add(v.lit, valid, rays, capacity, first, slots, radiance);
+    IntL unsure = active & !(v.lit | v.dark);
     if (any_lane(unsure))
       stream_append(unsure, origin, stream_load3(rays, capacity, RAY_DIRECTION_X, first),
                     LANE_LOAD(rays + RAY_T_MAX * capacity, first), stream_load3(rays, capacity, RAY_WEIGHT_R, first),

@@ -6,7 +6,8 @@
 //   out   radiance[slot]               emission, ambient, environment; light that needs no shadow ray
 //         shadow_rays, shadow_slots    one stream a light of the batch, weight = radiance if unblocked; after them the
 //                                      environment's own (shared/shade.h); with HAS_SHADOW_MAPS not for lights that
-//                                      have maps (lib/shadow_lookup.cl)
+//                                      have maps (lib/shadow_lookup.cl), with HAS_SURE_MAPS not for what these tell at
+//                                      a look (lib/sure_look.cl)
 //         reflected_rays, _slots       weight = throughput
 //         transmitted_rays, _slots     what BLEND surfaces let through, on along the ray; with HAS_BLEND
 //         counts                       STREAM_COUNTS of both
@@ -23,8 +24,14 @@
 #include "lib/radiance.cl"
 #include "lib/surface_samples.cl"
 #include "shared/shadow.h"
+#if defined(HAS_SHADOW_MAPS) || defined(HAS_SURE_MAPS)
+#include "lib/shadow_view.cl"  // here, as a file is included once
+#endif
 #ifdef HAS_SHADOW_MAPS
 #include "lib/shadow_lookup.cl"
+#endif
+#ifdef HAS_SURE_MAPS
+#include "lib/sure_look.cl"
 #endif
 
 // Rays that arrive, LANES of them.
@@ -159,24 +166,31 @@ static inline void shade_misses(IntL missed, Vec3L direction, Vec3L weight, Floa
 #define SHADOWS_HAVE_RECEIVER false
 #endif
 
-// Light of the environment at a hit: added at once, or sent along rays with the lobe's reflection of the scene.
+// Light of the environment at a hit, but for what is sent along rays.
+static inline Vec3L environment_light_add(Vec3L sum, const SampledSurface *at, Vec3L to_eye, FloatL nv,
+                                          constant ShadeInfo *shade, constant EnvironmentInfo *environment,
+                                          global const Float4 *pixels, global const Float4 *levels)
+{
+  bool mean = shade->environment_light == ENVIRONMENT_BY_MEAN;
+  if (!mean && shade->environment_light != ENVIRONMENT_BY_HARMONICS) return sum;
+  Vec3L light = environment_light_open(at, to_eye, nv, mean, environment, pixels, levels);
+  return select3(at->lit, add3(sum, mul3(light, at->weight)), sum);
+}
+
+// Light of the environment that is sent along rays, with the lobe's reflection of the scene.
 static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, FloatL nv, constant ShadeInfo *shade,
                                            constant EnvironmentInfo *environment, global const Float4 *pixels,
                                            global const float *table, global const Float4 *levels,
-                                           global float4 *radiance, const SampleStreams *to)
+                                           const SampleStreams *to)
 {
-  uint method = shade->environment_light;
-  if (method == ENVIRONMENT_BY_HARMONICS || method == ENVIRONMENT_BY_MEAN || method == ENVIRONMENT_BY_OCCLUSION) {
-    Vec3L light = environment_light_open(at, to_eye, nv, method == ENVIRONMENT_BY_MEAN, environment, pixels, levels);
 #ifdef HAS_OCCLUSION_RAYS
+  if (shade->environment_light == ENVIRONMENT_BY_OCCLUSION) {
     at->random = random_source(shade, at->slot);
-    occlusion_rays_spawn(at, light, shade, to);
-#else
-    radiance_add(radiance, at->slot, at->lit, mul3(light, at->weight));
-#endif
+    occlusion_rays_spawn(at, environment_light_open(at, to_eye, nv, false, environment, pixels, levels), shade, to);
   }
+#endif
 #ifdef HAS_LOBES
-  bool sampled = method == ENVIRONMENT_BY_SAMPLES;
+  bool sampled = shade->environment_light == ENVIRONMENT_BY_SAMPLES;
   at->to_specular = sampled ? specular_share(&at->surface->reflectance, nv) : FLOATL(1);
   if (!sampled) at->lit = at->reflects;
   if (!any_lane(at->lit)) return;
@@ -206,6 +220,17 @@ static inline Arrivals arrivals_load(constant ShadeInfo *shade, const CameraSour
   return out;
 }
 
+#ifdef HAS_SURE_MAPS
+static inline void judged_add(uint judged, global uint *count)
+{
+#if LANES == 1
+  for (uint i = 0; i < judged; i++) place_take(count);  // one atomic for all work-items that come here together
+#else
+  atomic_add(count, judged);
+#endif
+}
+#endif
+
 kernel void shade(constant ShadeInfo *shade, global const float *rays, global const uint *slots, uint capacity,
                   uint ray_count, global const float *hits, global const uint *hit_ids, global const float *positions,
                   global const float *normals, global const Float4 *tangents, global const TriangleCorners *corners,
@@ -215,7 +240,8 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                   constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
                   global const float *environment_table, global const Float4 *environment_levels,
                   global const ShadowInfo *shadow_infos, global const ShadowView *shadow_views,
-                  global const float *shadow_maps, global float4 *radiance, global float *shadow_rays,
+                  global const float *shadow_maps, global const ShadowTile *sure_tiles,
+                  global const ShadowBlock *sure_blocks, global float4 *radiance, global float *shadow_rays,
                   global uint *shadow_slots, global float *reflected_rays, global uint *reflected_slots,
                   global float *transmitted_rays, global uint *transmitted_slots, global uint *counts,
                   constant CameraInfo *cameras, uint view_count, constant Float2 *offsets)
@@ -225,6 +251,9 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
   SampleStreams streams = {shadow_rays, shadow_slots, reflected_rays, reflected_slots, capacity, counts};
   CameraSources camera = {cameras, view_count, offsets, shade->first_tile, shade->tile_count, shade->first_sample};
   FloatL zero = FLOATL(0);
+#ifdef HAS_SURE_MAPS
+  uint judged = 0;
+#endif
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint first = begin; first < end; first += LANES) {
@@ -261,11 +290,22 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
 #endif
 
     IntL lit = hit & !s.unlit;
+    SampledSurface sampled = {
+        .surface = &s, .lit = lit, .reflects = INTL(0), .origin = origin, .weight = weight, .slot = slot};
+#ifdef HAS_LOBES
+    if (shade->reflect)
+      sampled.reflects = lit & !s.reflectance.mirror & (s.reflectance.roughness <= FLOATL(shade->max_roughness));
+#endif
     Sum sum = radiance_load(radiance, slot, hit);
     if (shade->first_batch) {
       sum.rgb = add3(sum.rgb, mul3(surface_own_radiance(&s, shade), weight));
       sum.coverage += coverage;
+      sum.rgb = environment_light_add(sum.rgb, &sampled, to_eye, nv, shade, environment, environment_pixels,
+                                      environment_levels);
     }
+#ifdef HAS_SURE_MAPS
+    IntL streamed = INTL(0);  // a light's ray is: those of later lights wait, as sums keep the lights' order
+#endif
     for (uint i = 0; i < shade->light_count; i++) {
       uint number = shade->first_light + i;
       Lighting light = light_arriving(&lights[number], origin);
@@ -290,6 +330,17 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
         continue;
       }
 #endif
+#ifdef HAS_SURE_MAPS
+      if (shade->cast_shadows == SHADOWS_JUDGED && shadow_infos[number].view_count) {
+        TexelLook look;
+        Verdicts v = sure_judge(&look, &shadow_infos[number], shadow_views, sure_tiles, sure_blocks, origin,
+                                reached & !streamed);
+        sum.rgb = select3(v.lit, add3(sum.rgb, arrives), sum.rgb);
+        judged += (uint)popcount(lane_bits(v.lit | v.dark));
+        reached = reached & !(v.lit | v.dark);
+      }
+      streamed = streamed | reached;
+#endif
       stream_append_path(reached, origin, light.to_light, light.t_max, arrives, slot, SHADOWS_HAVE_RECEIVER,
                          LANE_AS_FLOAT(id), shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity,
                          shadow_slots + i * capacity, &counts[i]);
@@ -309,13 +360,10 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                          STREAMS_HAVE_DENSITY || shade->receivers, source, reflected_rays, capacity, reflected_slots,
                          &counts[STREAM_COUNT_REFLECTED]);
     }
-    SampledSurface sampled = {
-        .surface = &s, .lit = lit, .reflects = INTL(0), .origin = origin, .weight = weight, .slot = slot};
-#ifdef HAS_LOBES
-    if (shade->reflect)
-      sampled.reflects = lit & !s.reflectance.mirror & (s.reflectance.roughness <= FLOATL(shade->max_roughness));
-#endif
     environment_light_spawn(&sampled, to_eye, nv, shade, environment, environment_pixels, environment_table,
-                            environment_levels, radiance, &streams);
+                            environment_levels, &streams);
   }
+#ifdef HAS_SURE_MAPS
+  if (judged) judged_add(judged, &counts[STREAM_COUNT_JUDGED]);
+#endif
 }

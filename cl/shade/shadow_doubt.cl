@@ -4,7 +4,10 @@
 //         infos, views, maps   of all lights, as shading reads them (lib/shadow_lookup.cl)
 //         corners, positions   the receivers' triangles
 //         least_weight         rays that bring less radiance are not missed, and not doubted
-//   out   doubts[slot]         the chance that the map's answer is wrong; slots without a ray are left alone
+//         scale                of radiance for display; INFINITY where that is not known
+//         showing              1: no doubts, but shown[slot] gains what light arrives by the map
+//         shown                what all lights so bring, which are shown by sRGB
+//   out   doubts[slot]         the chance that the map's answer is wrong, where it is more than what is there
 //
 //   SHADOW_BY_TEXEL   |nearest texel's verdict - the four nearest texels', weighted bilinearly|; 1 where a texel's
 //                     verdict is neither its left and right nor its upper and lower neighbour's
@@ -25,18 +28,23 @@
 //   than that leave no trace: no less than DOUBT_GRAZED then. Angle and share were found by trial, on a wall that the
 //   sun grazes (`frugal stability --only projective-aliasing`).
 //
-//   Knows only what the map holds. It misses casters thinner than a texel that no texel caught; what is falsely lit by
-//   the bias where surfaces touch; half-shadows wider than the disc that PCSS searches (SHADOW_DISC_PX); and it takes
-//   every light for one that no other outshines.
+//   Knows only what the map holds. It misses casters thinner than a texel that no texel caught (host/render/
+//   shadow_bound.h asks finer maps too); what is falsely lit by the bias where surfaces touch; and half-shadows wider
+//   than the disc that PCSS searches (SHADOW_DISC_PX). A light is not doubted where it would not show beside the others
+//   if it were all there, or not at all.
 //   Cost  100 ns a ray on a core.
 //   From  the argument above; Williams 1978, and Reeves, Salesin, Cook 1987, for what is doubted.
 
+#include "lib/radiance.cl"
 #include "lib/ray_stream.cl"
 #include "lib/shadow_lookup.cl"
 #include "shared/scene.h"
 
 // Lit to more than this is lit: off by less than 2/255 once displayed.
 #define DOUBT_LIT 0.98f
+
+// A change of what is displayed from which on it counts: half of the 2/255, as other lights may be wrong there too.
+#define DOUBT_SHOWN (1.0f / 255)
 
 // Sine of 0.9 degrees between light and surface, and what is doubted below that at the least.
 #define DOUBT_GRAZING 0.0157f
@@ -116,14 +124,37 @@ static inline IntL is_grazed(global const ShadowView *view, Vec3L point, Vec3L n
   return across * across < FLOATL(DOUBT_GRAZING * DOUBT_GRAZING) * dot3(along, along) * dot3(normal, normal);
 }
 
+// Light as a display takes it, in [0, 1].
+static inline FloatL displayed(FloatL linear)
+{
+  FloatL one = FLOATL(1), x = max_lane(min_lane(linear, one), FLOATL(0)), least = FLOATL(1e-6f);
+  FloatL curved = FLOATL(1.055f) * pow(max_lane(x, least), FLOATL(1 / 2.4f)) - FLOATL(0.055f);
+  return x <= FLOATL(0.0031308f) ? x * FLOATL(12.92f) : curved;
+}
+
+// Would it show if a light's fraction `lit` of `weight` were all or none of it, beside what else is shown?
+static inline IntL channel_shows(FloatL shown, FloatL weight, FloatL lit)
+{
+  FloatL now = displayed(shown), dark = displayed(shown - lit * weight),
+         bright = displayed(shown + (FLOATL(1) - lit) * weight);
+  return (bright - now > FLOATL(DOUBT_SHOWN)) | (now - dark > FLOATL(DOUBT_SHOWN));
+}
+
+static inline IntL error_shows(Vec3L shown, Vec3L weight, FloatL lit, float scale)
+{
+  FloatL s = FLOATL(scale);
+  return channel_shows(shown.x * s, weight.x * s, lit) | channel_shows(shown.y * s, weight.y * s, lit) |
+         channel_shows(shown.z * s, weight.z * s, lit);
+}
+
 kernel void shadow_doubt(global const ShadowInfo *infos, global const ShadowView *views, global const float *maps,
                          uint light, global const float *rays, uint capacity, uint ray_count, uint segment,
                          global const uint *slots, global const TriangleCorners *corners, global const float *positions,
-                         float least_weight, global float *doubts)
+                         float least_weight, float scale, uint showing, global float4 *shown, global float *doubts)
 {
   global const ShadowInfo *info = &infos[light];
-  views += info->first_view;
-  maps += info->first_texel;
+  global const ShadowView *of_light = views + info->first_view;
+  global const float *maps_of_light = maps + info->first_texel;
   rays += segment * RAY_FIELD_COUNT * capacity;
   slots += segment * capacity;
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
@@ -133,22 +164,33 @@ kernel void shadow_doubt(global const ShadowInfo *infos, global const ShadowView
     Vec3L weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
     active = active & (max_component3(weight) > FLOATL(least_weight));
     Vec3L point = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
-    UintL id = LANE_AS_UINT(LANE_LOAD(rays + RAY_RECEIVER * capacity, first));
+    UintL slot = LANE_LOAD(slots, first), id = LANE_AS_UINT(LANE_LOAD(rays + RAY_RECEIVER * capacity, first));
     Vec3L normal = triangle_normals(corners, positions, id, active);
-    UintL chosen = shadow_view_choose(info, views, point);
+    FloatL lit = shadow_lit(info, views, maps, point, normal, id, active);
+    if (showing) {
+      radiance_add(shown, slot, active, scale3(weight, lit));
+      continue;
+    }
+    UintL chosen = shadow_view_choose(info, of_light, point);
     FloatL doubt = FLOATL(0);
     for (uint bits = lane_bits(active & (chosen != UINTL(SHADOW_VIEW_NONE))); bits;) {
       uint number = LANE_UINT(chosen, lowest_bit(bits));
       IntL group = active & (chosen == UINTL(number));
       bits &= ~lane_bits(group);
-      global const float *map = maps + number * info->size_px * info->size_px;
-      ShadowLookup lookup = shadow_lookup(info, &views[number], point, normal);
-      FloatL of_view = lookup_doubt(info, &views[number], map, &lookup.at, &lookup.plane, id, group);
-      IntL grazed = is_grazed(&views[number], point, normal);
+      global const ShadowView *view = &of_light[number];
+      global const float *map = maps_of_light + number * info->size_px * info->size_px;
+      ShadowLookup lookup = shadow_lookup(info, view, point, normal);
+      FloatL of_view = lookup_doubt(info, view, map, &lookup.at, &lookup.plane, id, group);
+      IntL grazed = is_grazed(view, point, normal);
       of_view = grazed ? max_lane(of_view, FLOATL(DOUBT_GRAZED)) : of_view;
       doubt = group ? of_view : doubt;
     }
-    for (uint bits = lane_bits(active & (doubt > FLOATL(0))); bits; bits &= bits - 1)
-      doubts[slots[first + lowest_bit(bits)]] = LANE_FLOAT(doubt, lowest_bit(bits));
+    IntL doubted = active & (doubt > FLOATL(0));
+    if (isfinite(scale) && any_lane(doubted))
+      doubted = doubted & error_shows(radiance_load(shown, slot, doubted).rgb, weight, lit, scale);
+    for (uint bits = lane_bits(doubted); bits; bits &= bits - 1) {
+      uint lane = lowest_bit(bits), to = LANE_UINT(slot, lane);
+      doubts[to] = max(doubts[to], LANE_FLOAT(doubt, lane));
+    }
   }
 }

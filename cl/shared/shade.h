@@ -25,12 +25,14 @@
 #define ENVIRONMENT_RAYS_IMAGE 1  // chosen by the image
 #define ENVIRONMENT_SEGMENTS (OCCLUSION_RAYS + 1)
 
+#define SHADOWS_JUDGED 2  // with HAS_SURE_MAPS: these judge shadow rays first
+
 typedef struct ShadeInfo {
   uint model;              // LIGHTING_MODEL_*
   uint first_light;        // of this launch's batch
   uint light_count;        // in the batch, 0..LIGHTS_PER_LAUNCH
   uint first_batch;        // 1: this launch adds emission, ambient and environment, and spawns reflected rays
-  uint cast_shadows;       // 0: light arrives unblocked, without shadow rays
+  uint cast_shadows;       // 0: light arrives unblocked, without shadow rays; SHADOWS_JUDGED
   uint reflect;            // 1: mirrors spawn rays, and rough surfaces up to max_roughness; 0: they stay dark
   uint environment_light;  // ENVIRONMENT_BY_*; pbr alone
   float ambient;           // phong
@@ -55,10 +57,11 @@ typedef struct ShadeInfo {
 SHARED_SIZE(ShadeInfo, 128);
 
 // Counters of the streams that a launch appends to: shadow rays by light of the batch, reflected rays, what BLEND lets
-// through, and the environment's rays by segment.
+// through, and the environment's rays by segment; and how many shadow rays were judged, which go to no stream.
 #define STREAM_COUNT_REFLECTED LIGHTS_PER_LAUNCH
 #define STREAM_COUNT_TRANSMITTED (LIGHTS_PER_LAUNCH + 1)
 #define STREAM_COUNT_ENVIRONMENT (LIGHTS_PER_LAUNCH + 2)
-#define STREAM_COUNTS (STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_SEGMENTS)
+#define STREAM_COUNT_JUDGED (STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_SEGMENTS)
+#define STREAM_COUNTS (STREAM_COUNT_JUDGED + 1)
 
 #endif

@@ -39,7 +39,7 @@ typedef struct ShadowInfo {
   float radius;       // PCSS: of the light in metres; directional: tangent of its angular radius x depth 1 in metres
   float depth_slack;  // what rounding may do to a depth
   float slope_px;     // texels by whose growth of the receiver's plane a caster must stand before it
-  uint first_view;    // among the views and the texels of all lights' maps
+  uint first_view;    // among the views and the texels of all lights' maps; SHADOW_BY_TRIANGLES: the tiles
   uint first_texel;
 } ShadowInfo;
 SHARED_SIZE(ShadowInfo, 44);
@@ -48,13 +48,32 @@ SHARED_SIZE(ShadowInfo, 44);
 #define SHADOW_DISC_TAPS 32
 #define SHADOW_DISC_PX 24
 
-// What hybrid shadows know of a block of 4 x 4 texels; texel (x, y) of a map is entry y % 4 * 4 + x % 4 of block
-// (x / 4, y / 4). Closeness is 1 / w, or in parallel projection -depth: what is closer to the light has more of it. A
-// ray from a point that is less close than `covered` is dark. Triangle `number` comes no closer than `near`, in the
-// texel; a texel names up to SHADOW_NUMBERS of them, the closest first, and no other comes closer than `rest`. All hold
-// beyond SHADOW_ROUNDING. The lists of a block's texels are rows: the first in the block, row k > 0 of block i of all
-// maps' `block_count` at rows[(k - 1) * block_count + i], so that what no list is long enough for is not touched. Where
-// a list is shorter than its block's, `near` is -INFINITY. What comes less close than `covered` means nothing.
+// What hybrid shadows know of a light's maps, by tiles of 4 x 4 blocks of 4 x 4 texels. Closeness is 1 / w, or in
+// parallel projection -depth: what is closer to the light has more of it. All holds beyond SHADOW_ROUNDING.
+//
+// A tile is known where the picture's receivers are: texels of others, and points less close than `least`, are not
+// drawn. A ray from a point closer than `near` is lit, from one less close than `covered` dark, wherever in the tile it
+// is. Where `near` is -INFINITY nothing is in the tile, and its blocks are not there.
+#define SHADOW_TILE_PX 16
+#define SHADOW_TILE_BLOCKS 16  // row by row, from `first_block` on, among those of all lights
+#define TILE_COLUMNS(size_px) (((size_px) + SHADOW_TILE_PX - 1) / SHADOW_TILE_PX)
+
+typedef struct ShadowTile {
+  uint first_block;  // SHADOW_TILE_UNKNOWN
+  float least;
+  float near;
+  float covered;
+} ShadowTile;
+SHARED_SIZE(ShadowTile, 16);
+
+#define SHADOW_TILE_UNKNOWN 0xffffffffu
+
+// Texel (x, y) of a map is entry y % 4 * 4 + x % 4 of its block. A ray from a point that is less close than `covered`
+// is dark. Triangle `number` comes no closer than `near`, in the texel; a texel names up to SHADOW_NUMBERS of them, the
+// closest first, and no other comes closer than `rest`. The lists of a block's texels are rows: the first in the block,
+// row k > 0 of block i of all maps' `block_count` at rows[(k - 1) * block_count + i], so that what no list is long
+// enough for is not touched. Where a list is shorter than its block's, `near` is -INFINITY. What comes less close than
+// `covered` means nothing.
 #define SHADOW_NUMBERS 8
 
 // The triangle is of a closed surface, of which the sides that face the light are left out.

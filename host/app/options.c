@@ -211,8 +211,8 @@ static const Option render_options[] = {
      .help = "exact: the most accurate method where none is named below;\nauto: that, unless samples are too few for "
              "it (auto)"},
     {"shadows", 0, "METHOD", option_read_word, FIELD(settings.shadows),
-     .words = WORDS("none", "map", "pcf", "pcss", "hybrid", "rays", "area"),
-     .help = "none, map, pcf, pcss, hybrid, rays, or area (rays)"},
+     .words = WORDS("none", "map", "pcf", "pcss", "hybrid", "rays", "area", "auto"),
+     .help = "none, map, pcf, pcss, hybrid, rays, area, or auto: hybrid\nor rays, the quicker for each light (rays)"},
     {"shadow-map-size", 0, "N", read_map_size, FIELD(settings.shadow_options.map_size_px), .low = 16, .high = 8192,
      .help = "texels a side of shadow maps, or auto: about a pixel each\n(auto)"},
     {"shadow-kernel", 0, "N", read_kernel, FIELD(settings.shadow_options.kernel_px), .low = 1, .high = 15,

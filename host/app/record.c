@@ -15,7 +15,8 @@ static const char *base_name(const char *path)
 }
 
 static const char *const tone_names[] = {"none", "filmic", "pbr-neutral"};
-static const char *const shadow_names[] = {"none", "map", "pcf", "pcss", "hybrid", "rays", "area"};
+static const char *const shadow_names[] = {"none", "map", "pcf", "pcss", "hybrid", "rays", "area", "auto"};
+static const char *const light_kind_names[SHADOW_LIGHT_KINDS] = {"point", "spot", "directional"};
 static const char *const environment_light_names[] = {"auto", "none", "ambient", "sh", "sh-ao", "sampled"};
 
 // A word as a shell reads it.
@@ -115,6 +116,20 @@ Status record_make(char **out, const RenderOptions *options, const Plan *plan, c
   return STATUS_OK;
 }
 
+// What a light's shadows were expected to cost in milliseconds, by kind of light, and by which method they are found.
+static json_t *shadow_costs_json(const Plan *plan, const DeviceScene *scene)
+{
+  json_t *out = json_object();
+  for (uint32_t i = 0; i < scene->light_count; i++) {
+    uint32_t kind = scene->light_infos[i].kind;
+    const ShadowCost *cost = &plan->shadow_costs[kind];
+    json_object_set_new(out, light_kind_names[kind],
+                        json_pack("{s:f, s:f, s:s}", "rays", cost->rays_ms, "hybrid", cost->hybrid_ms, "method",
+                                  plan->hybrid_kinds >> kind & 1 ? "hybrid" : "rays"));
+  }
+  return out;
+}
+
 // Each light's maps; for hybrid shadows how many rays they left to be traced, for others what they may get wrong. A
 // light without maps has 0 views.
 static json_t *shadow_maps_json(const Plan *plan, const Frame *frame, const ShadowBound *bound)
@@ -123,7 +138,7 @@ static json_t *shadow_maps_json(const Plan *plan, const Frame *frame, const Shad
   bool is_hybrid = plan->shadows == SHADOWS_HYBRID;
   json_t *lights = json_array();
   for (uint32_t i = 0; i < frame->scene->light_count; i++) {
-    const ShadowInfo *info = is_hybrid ? &hybrid->lights[i].info : &frame->shadow_maps.lights[i];
+    const ShadowInfo *info = is_hybrid ? &hybrid->maps.lights[i] : &frame->shadow_maps.lights[i];
     json_t *light = json_pack("{s:i, s:i}", "size", (int)info->size_px, "views", (int)info->view_count);
     if (bound) json_object_set_new(light, "expected", json_real(bound->lights[i]));
     json_array_append_new(lights, light);
@@ -191,6 +206,8 @@ json_t *record_stats(const RecordSources *sources)
     failed |= json_object_set_new(stats, "raster",
                                   json_pack("{s:I, s:I}", "block_tests", (json_int_t)sources->raster->block_tests,
                                             "samples_covered", (json_int_t)sources->raster->samples_covered)) != 0;
+  if (plan->shadows == SHADOWS_HYBRID || plan->shadows == SHADOWS_RAYS)
+    failed |= json_object_set_new(json_object_get(stats, "plan"), "shadow_ms", shadow_costs_json(plan, scene)) != 0;
   if (plan_uses_shadow_maps(plan))
     failed |=
         json_object_set_new(stats, "shadow_maps", shadow_maps_json(plan, sources->frame, sources->shadow_bound)) != 0;

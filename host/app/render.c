@@ -123,6 +123,7 @@ static void structure_known(void *context, const Scene *scene)
                       .has_mirrors = true,
                       .environment_lights =
                           environment == ENVIRONMENT_UNSET ? scene->light_count == 0 : environment != ENVIRONMENT_NONE};
+  for (uint32_t i = 0; i < scene->light_count && scene->lights; i++) facts.lights_by_kind[scene->lights[i].kind]++;
   Plan plan = plan_make(&job->options.settings, &facts);
   if (job->warm_up) warm_up_scene(job->warm_up, scene, &plan);
 }
@@ -203,6 +204,8 @@ static Status frame_prepare(Job *job)
                             .has_blends = job->device_scene.has_blends,
                             .least_roughness = job->device_scene.least_roughness,
                             .environment_lights = job->device_scene.environment_lights};
+  for (uint32_t i = 0; i < job->facts.light_count; i++)
+    job->facts.lights_by_kind[job->device_scene.light_infos[i].kind]++;
   job->plan = plan_make(&options->settings, &job->facts);
   FrameRequest request = {
       .camera = &job->camera,
@@ -221,7 +224,8 @@ static Status frame_prepare(Job *job)
   bool in_doubt = plan_uses_shadow_maps(&job->plan) && job->plan.shadows != SHADOWS_HYBRID;
   if (!in_doubt || !(options->stats_path || verify_is_wanted(options))) goto done;
   begin_ms = clock_ms();
-  float scale = options->exposure.is_auto ? INFINITY : exp2f(options->exposure.ev);
+  bool known = !options->exposure.is_auto && options->picture.tone == TONE_CURVE_NONE;
+  float scale = known ? exp2f(options->exposure.ev) : INFINITY;
   TRY(shadow_bound_make(&job->shadow_bound, &job->frame, scale, job->log));
   timeline_end(&job->timeline, "bound the shadow maps' error", begin_ms);
 

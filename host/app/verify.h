@@ -17,6 +17,7 @@ typedef struct VerifySources {
 // Against the reference (settings_exact); and against the picture as it is but for its shadows, which are exact.
 typedef struct VerifyResult {
   ProbeError error, shadows;
+  ProbeError edges;  // `shadows`, of the pixels at the edges of exact ones (probe_edges) alone
   uint32_t probes;
   bool all;
   bool has_shadows;            // false: no shadows, or ones that differ from exact ones by noise alone

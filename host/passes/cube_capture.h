@@ -31,7 +31,8 @@ void cube_capture_free(CubeCapture *capture);
 
 enum { CUBE_SAMPLES_MOST = 16, CUBE_RANGES_MOST = 64 };
 
-// What the waves to come are of, by rays; nothing nearer to the centre than near_m is seen from it. `left_out` is 1 for each object that is passed, [object_count].
+// What the waves to come are of, by rays; nothing nearer to the centre than near_m is seen from it. `left_out` is 1 for
+// each object that is passed, [object_count].
 Status cube_capture_aim(CubeCapture *capture, Device *device, const DeviceScene *scene, const CubeInfo *cube,
                         float near_m, const uint32_t *left_out, Log *log);
 

@@ -42,6 +42,7 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const 
   if (plan->lobes) strcat(options, "-D HAS_LOBES ");
   if (plan->shadows == SHADOWS_AREA) strcat(options, "-D HAS_AREA_LIGHTS ");
   if (plan_uses_shadow_maps(plan) && plan->shadows != SHADOWS_HYBRID) strcat(options, "-D HAS_SHADOW_MAPS ");
+  if (plan->shadows == SHADOWS_HYBRID) strcat(options, "-D HAS_SURE_MAPS ");
   if (plan->shadows == SHADOWS_PCSS) strcat(options, "-D HAS_DISC ");
   if (plan->receivers) strcat(options, "-D HAS_RECEIVERS ");
   if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) strcat(options, "-D HAS_OCCLUSION_RAYS ");
@@ -70,15 +71,29 @@ void shader_free(Shader *shader)
   *shader = (Shader){0};
 }
 
+// What the kernel reads of shadows.
+typedef struct MapBuffers {
+  DeviceBuffer infos, views, texels, tiles, blocks;
+} MapBuffers;
+
+static MapBuffers map_buffers(const Shader *shader, const ShadeStreams *streams)
+{
+  const DeviceBuffer none = shader->nothing;
+  const ShadowMaps *maps = streams->maps;
+  const SureMaps *sure = streams->sure;
+  if (sure && sure->tiles.memory) return (MapBuffers){sure->infos, sure->views, none, sure->tiles, sure->blocks};
+  if (maps) return (MapBuffers){maps->infos, maps->views, maps->maps, none, none};
+  return (MapBuffers){none, none, none, none, none};
+}
+
 Status shade(const Shader *shader, Device *device, const DeviceScene *scene, const ShadeStreams *streams,
              uint32_t count, const ShadeInfo *info, uint32_t counts[STREAM_COUNTS], const char *sentence, Log *log)
 {
   Status status = STATUS_OK;
   const ShadowMaps *maps = streams->maps;
-  const DeviceBuffer infos = maps ? maps->infos : shader->nothing, views = maps ? maps->views : shader->nothing,
-                     texels = maps ? maps->maps : shader->nothing;
   const CameraRays none = {.cameras = shader->nothing, .offsets = shader->nothing};
   const CameraRays *camera = streams->camera ? streams->camera : &none;
+  const MapBuffers of = map_buffers(shader, streams);
   bool shadow_rays = false;
   for (uint32_t i = 0; i < info->light_count && info->cast_shadows; i++)
     shadow_rays |= !maps || !shadow_maps_have(maps, info->first_light + i);
@@ -94,16 +109,16 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
            ARG(streams->rays->capacity), ARG(count), ARG_BUFFER(streams->hits->hits), ARG_BUFFER(streams->hits->ids),
            ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents), ATTRIBUTE_ARGS(scene),
            ARG_BUFFER(scene->lights), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
-           ARG_BUFFER(shader->environment_table), ARG_BUFFER(shader->environment_levels), ARG_BUFFER(infos),
-           ARG_BUFFER(views), ARG_BUFFER(texels), ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays),
-           ARG_BUFFER(streams->shadow->slots), ARG_BUFFER(streams->reflected->rays),
-           ARG_BUFFER(streams->reflected->slots), ARG_BUFFER(streams->transmitted->rays),
-           ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts), ARG_BUFFER(camera->cameras),
-           ARG(camera->view_count), ARG_BUFFER(camera->offsets)),
+           ARG_BUFFER(shader->environment_table), ARG_BUFFER(shader->environment_levels), ARG_BUFFER(of.infos),
+           ARG_BUFFER(of.views), ARG_BUFFER(of.texels), ARG_BUFFER(of.tiles), ARG_BUFFER(of.blocks),
+           ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
+           ARG_BUFFER(streams->reflected->rays), ARG_BUFFER(streams->reflected->slots),
+           ARG_BUFFER(streams->transmitted->rays), ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts),
+           ARG_BUFFER(camera->cameras), ARG(camera->view_count), ARG_BUFFER(camera->offsets)),
       log));
   if (spawns) TRY(buffer_read(device, &shader->counts, counts, STREAM_COUNTS * sizeof *counts, log));
   for (int i = 0; i < STREAM_COUNTS; i++)
-    if (counts[i] > count) {
+    if (counts[i] > count * (i == STREAM_COUNT_JUDGED ? LIGHTS_PER_LAUNCH : 1)) {
       status = log_fail(log, STATUS_DEVICE, "%s: says that %u rays spawned %u: it computes wrong: try another --device",
                         device_info(device)->name, count, counts[i]);
       goto done;

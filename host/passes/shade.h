@@ -5,6 +5,7 @@
 #include "passes/camera_rays.h"
 #include "passes/ray_stream.h"
 #include "passes/shadow_maps.h"
+#include "passes/sure_maps.h"
 #include "plan/plan.h"
 #include "shared/shade.h"
 
@@ -29,6 +30,7 @@ typedef struct ShadeStreams {
   const DeviceBuffer *radiance;  // Float4 by slot
   const ShadowMaps *maps;        // of the lights; NULL where the plan has none
   const CameraRays *camera;      // may be NULL unless ShadeInfo.from_camera is set
+  const SureMaps *sure;          // the same
 } ShadeStreams;
 
 // Builds the kernel with what the plan needs; the scene's host environment is read where it has to be sampled.

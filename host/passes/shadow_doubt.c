@@ -21,6 +21,7 @@ Status shadow_doubt_make(ShadowDoubt *out, Device *device, const ShadowMaps *map
   }
   TRY(program_build(&program, device, "shade/shadow_doubt.cl", method == SHADOWS_PCSS ? "-D HAS_DISC" : "", log));
   TRY(program_kernel(&doubt.kernel, program, "shadow_doubt", log));
+  TRY(buffer_create(&doubt.shown, device, capacity * sizeof(Float4), NULL, "shadow doubts", log));
   TRY(buffer_create(&doubt.by_slot, device, capacity * sizeof(float), NULL, "shadow doubts", log));
   *out = doubt;
   doubt = (ShadowDoubt){0};
@@ -34,16 +35,18 @@ void shadow_doubt_free(ShadowDoubt *doubt)
 {
   kernel_free(&doubt->kernel);
   buffer_free(&doubt->by_slot);
+  buffer_free(&doubt->shown);
   free(doubt->slots);
   free(doubt->wave);
   free(doubt->lights);
   *doubt = (ShadowDoubt){0};
 }
 
-void shadow_doubt_begin_wave(ShadowDoubt *doubt, uint32_t pixels, uint32_t samples)
+Status shadow_doubt_begin_wave(ShadowDoubt *doubt, Device *device, uint32_t pixels, uint32_t samples, Log *log)
 {
   doubt->pixels = pixels;
   doubt->samples = samples;
+  return buffer_zero(device, &doubt->shown, log);
 }
 
 // Adds a wave's doubts, by slot, to sums over its probes: those of a probe's samples together, at most 1.
@@ -60,21 +63,31 @@ static void probes_sum(double *sum, double *sum_squared, const ShadowDoubt *doub
   }
 }
 
+static Status maps_doubt(const ShadowDoubt *doubt, const ShadowMaps *maps, Device *device, const DeviceScene *scene,
+                         uint32_t light, const RayStream *rays, uint32_t segment, uint32_t count, Log *log)
+{
+  const uint32_t showing = doubt->showing;
+  if (!maps || !shadow_maps_have(maps, light)) return STATUS_OK;
+  return device_launch(
+      device, &doubt->kernel, work_items(device, count), count, "doubt shadow maps",
+      ARGS(ARG_BUFFER(maps->infos), ARG_BUFFER(maps->views), ARG_BUFFER(maps->maps), ARG(light), ARG_BUFFER(rays->rays),
+           ARG(rays->capacity), ARG(count), ARG(segment), ARG_BUFFER(rays->slots), ARG_BUFFER(scene->corners),
+           ARG_BUFFER(scene->positions), ARG(doubt->least_weight), ARG(doubt->scale), ARG(showing),
+           ARG_BUFFER(doubt->shown), ARG_BUFFER(doubt->by_slot)),
+      log);
+}
+
 Status shadow_doubt_add(ShadowDoubt *doubt, Device *device, const DeviceScene *scene, uint32_t light,
                         const RayStream *rays, uint32_t segment, uint32_t count, Log *log)
 {
   Status status = STATUS_OK;
-  const ShadowMaps *maps = doubt->maps;
-  if (!shadow_maps_have(maps, light) || count == 0) return STATUS_OK;
+  if (!shadow_maps_have(doubt->maps, light) || count == 0) return STATUS_OK;
+  if (doubt->showing) return maps_doubt(doubt, doubt->maps, device, scene, light, rays, segment, count, log);
   TRY(buffer_zero(device, &doubt->by_slot, log));
-  TRY(device_launch(
-      device, &doubt->kernel, work_items(device, count), count, "doubt shadow maps",
-      ARGS(ARG_BUFFER(maps->infos), ARG_BUFFER(maps->views), ARG_BUFFER(maps->maps), ARG(light), ARG_BUFFER(rays->rays),
-           ARG(rays->capacity), ARG(count), ARG(segment), ARG_BUFFER(rays->slots), ARG_BUFFER(scene->corners),
-           ARG_BUFFER(scene->positions), ARG(doubt->least_weight), ARG_BUFFER(doubt->by_slot)),
-      log));
+  TRY(maps_doubt(doubt, doubt->maps, device, scene, light, rays, segment, count, log));
+  TRY(maps_doubt(doubt, doubt->finer, device, scene, light, rays, segment, count, log));
   TRY(buffer_read(device, &doubt->by_slot, doubt->slots, doubt->capacity * sizeof(float), log));
-  for (uint32_t i = 0; i < doubt->capacity; i++) doubt->wave[i] += doubt->slots[i];
+  for (uint32_t i = 0; i < doubt->capacity; i++) doubt->wave[i] += doubt->slots[i] * fmaxf(1 - doubt->wave[i], 0);
   double unused = 0;
   probes_sum(&doubt->lights[light], &unused, doubt, doubt->slots);
 

@@ -6,69 +6,106 @@
 #include "passes/scene_args.h"
 #include "passes/shadow_maps.h"
 
-static Status judge_make(Kernel *out, Device *device, const DeviceScene *scene, Log *log)
+static Status kernels_make(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene, Log *log)
 {
   Status status = STATUS_OK;
-  Program *program = NULL;
+  Program *judge = NULL, *mark = NULL;
   char options[128];
   device_scene_options(scene, options, sizeof options);
-  TRY(program_build(&program, device, "rays/shadow_hybrid.cl", options, log));
-  TRY(program_kernel(out, program, "shadow_hybrid", log));
+  TRY(program_build(&judge, device, "rays/shadow_hybrid.cl", options, log));
+  TRY(program_kernel(&hybrid->judge, judge, "shadow_hybrid", log));
+  TRY(program_build(&mark, device, "rays/shadow_mark.cl", "", log));
+  TRY(program_kernel(&hybrid->mark, mark, "shadow_mark", log));
 
 done:
   return status;
 }
 
-Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                          const Plan *plan, const CameraInfo *camera, uint32_t capacity, Log *log)
+// Fits the maps of all lights; counts those left out.
+static void lights_fit(ShadowHybrid *hybrid, ShadowFit *fits, const DeviceScene *scene, const Plan *plan,
+                       const CameraInfo *camera, uint64_t most)
+{
+  const ShadowScope scope = {camera, scene->low, scene->high};
+  uint64_t bytes = 0;
+  for (uint32_t i = 0; i < scene->light_count; i++) {
+    const LightInfo *light = &scene->light_infos[i];
+    bool can = plan->hybrid_kinds >> light->kind & 1 &&
+               shadow_fit(&fits[i], light, plan->shadows, &plan->shadow_options, &scope);
+    uint64_t more = can ? sure_maps_bytes(&fits[i].info) : 0;
+    bool left_out = can && bytes + more > most;
+    if (!left_out) bytes += more;
+    if (left_out) hybrid->left_out++;
+    if (left_out || !can) fits[i].info.view_count = 0;
+  }
+}
+
+Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *scene, const Plan *plan,
+                          const CameraInfo *camera, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
-  ShadowHybrid hybrid = {.light_count = scene->light_count};
+  ShadowHybrid hybrid = {0};
+  const uint64_t most = shadow_bytes_most(&plan->shadow_options, device);
+  ShadowFit *fits = calloc(scene->light_count + 1, sizeof *fits);
+  if (!fits) return log_no_memory(log, "sure maps");
+  TRY(kernels_make(&hybrid, device, scene, log));
+  TRY(ray_stream_make(&hybrid.unsure, device, capacity, 1, "unsure shadow rays", log));
+  TRY(buffer_create(&hybrid.unsure_count, device, sizeof(uint32_t), NULL, "unsure shadow rays", log));
+  lights_fit(&hybrid, fits, scene, plan, camera, most);
+  TRY(sure_maps_aim(&hybrid.maps, device, fits, scene->light_count, true, log));
+  if (hybrid.left_out)
+    log_warn(log, "--shadows hybrid: maps of %u of %u lights would take over %.1f GB: all their rays are traced",
+             hybrid.left_out, scene->light_count, 1e-9 * (double)most);
+  *out = hybrid;
+  hybrid = (ShadowHybrid){0};
+
+done:
+  free(fits);
+  shadow_hybrid_free(&hybrid);
+  return status;
+}
+
+Status shadow_hybrid_mark(ShadowHybrid *hybrid, Device *device, const CameraRays *probes, uint32_t light,
+                          const RayStream *rays, uint32_t segment, uint32_t count, Log *log)
+{
+  const SureMaps *maps = &hybrid->maps;
+  if (light >= maps->light_count || maps->lights[light].view_count == 0 || count == 0) return STATUS_OK;
+  return device_launch(
+      device, &hybrid->mark, work_items(device, count), count, "mark tiles of sure maps",
+      ARGS(ARG_BUFFER(probes->cameras), ARG_BUFFER(maps->infos), ARG(light), ARG_BUFFER(maps->views),
+           ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG(count), ARG(segment), ARG_BUFFER(maps->marks)),
+      log);
+}
+
+Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                          const CameraInfo *camera, Log *log)
+{
+  Status status = STATUS_OK;
   Solids solids = {0};
   DeviceBuffer solid = {0};
   SureRaster raster = {0};
-  const ShadowScope scope = {camera, scene->low, scene->high};
-  const uint64_t most = shadow_bytes_most(&plan->shadow_options, device);
-  uint64_t bytes = 0;
-  hybrid.lights = calloc(hybrid.light_count + 1, sizeof *hybrid.lights);
-  if (!hybrid.lights) return log_no_memory(log, "sure maps");
-  TRY(judge_make(&hybrid.judge, device, scene, log));
   TRY(sure_raster_make(&raster, device, triangles, &(RasterOptions){0}, log));
-  TRY(ray_stream_make(&hybrid.unsure, device, capacity, 1, "unsure shadow rays", log));
-  TRY(buffer_create(&hybrid.unsure_count, device, sizeof(uint32_t), NULL, "unsure shadow rays", log));
-  if (hybrid.light_count > 0) TRY(solids_make(&solids, scene->source, log));
+  TRY(sure_maps_settle(&hybrid->maps, device, log));
+  if (hybrid->maps.block_count == 0) goto done;
+  TRY(solids_make(&solids, scene->source, log));
   TRY(buffer_create(&solid, device, solids.word_count * sizeof *solids.bits, solids.bits, "closed surfaces", log));
-  for (uint32_t i = 0; i < hybrid.light_count; i++) {
-    ShadowFit fit;
-    if (!shadow_fit(&fit, &scene->light_infos[i], plan->shadows, &plan->shadow_options, &scope)) continue;
-    uint64_t more = sure_maps_bytes(&fit.info);
-    if (bytes + more > most) {
-      hybrid.left_out++;
-      continue;
-    }
-    bytes += more;
+  for (uint32_t i = 0; i < hybrid->maps.light_count; i++) {
+    if (!shadow_hybrid_has(hybrid, i)) continue;
     bool suits = solids_suit(&solids, &scene->light_infos[i], camera);
-    TRY(sure_maps_draw(&hybrid.lights[i], &raster, device, triangles, &fit, &solid, suits, log));
+    TRY(sure_maps_draw(&hybrid->maps, i, &raster, device, triangles, &solid, suits, log));
   }
-  if (hybrid.left_out)
-    log_warn(log, "--shadows hybrid: maps of %u of %u lights would take over %.1f GB: all their rays are traced",
-             hybrid.left_out, hybrid.light_count, 1e-9 * (double)most);
-  *out = hybrid;
-  hybrid = (ShadowHybrid){0};
 
 done:
   sure_raster_free(&raster);
   buffer_free(&solid);
   solids_free(&solids);
-  shadow_hybrid_free(&hybrid);
   return status;
 }
 
 void shadow_hybrid_free(ShadowHybrid *hybrid)
 {
-  for (uint32_t i = 0; i < hybrid->light_count && hybrid->lights; i++) sure_maps_free(&hybrid->lights[i]);
-  free(hybrid->lights);
+  sure_maps_free(&hybrid->maps);
   kernel_free(&hybrid->judge);
+  kernel_free(&hybrid->mark);
   ray_stream_free(&hybrid->unsure);
   buffer_free(&hybrid->unsure_count);
   *hybrid = (ShadowHybrid){0};
@@ -76,7 +113,7 @@ void shadow_hybrid_free(ShadowHybrid *hybrid)
 
 bool shadow_hybrid_has(const ShadowHybrid *hybrid, uint32_t light)
 {
-  return light < hybrid->light_count && hybrid->lights[light].blocks.memory;
+  return light < hybrid->maps.light_count && hybrid->maps.known_tiles[light] > 0;
 }
 
 Status shadow_hybrid_trace(ShadowHybrid *hybrid, const Tracer *tracer, Device *device, const DeviceScene *scene,
@@ -84,7 +121,7 @@ Status shadow_hybrid_trace(ShadowHybrid *hybrid, const Tracer *tracer, Device *d
                            const DeviceBuffer *radiance, Coherence coherence, Log *log)
 {
   Status status = STATUS_OK;
-  const SureMaps *of = &hybrid->lights[light];
+  const SureMaps *maps = &hybrid->maps;
   uint32_t unsure = 0;
   hybrid->rays += count;
   if (coherence == RAYS_INCOHERENT) {
@@ -93,13 +130,13 @@ Status shadow_hybrid_trace(ShadowHybrid *hybrid, const Tracer *tracer, Device *d
                      log);
   }
   TRY(buffer_zero(device, &hybrid->unsure_count, log));
-  TRY(device_launch(
-      device, &hybrid->judge, work_items(device, count), count, "judge shadow rays by maps",
-      ARGS(ARG_BUFFER(of->info_buffer), ARG_BUFFER(of->views), ARG_BUFFER(of->blocks), ARG_BUFFER(of->rows),
-           ARG_BUFFER(scene->bvh2_triangles), ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG(count), ARG(segment),
-           ARG_BUFFER(rays->slots), ARG_BUFFER(*radiance), ARG_BUFFER(hybrid->unsure.rays),
-           ARG_BUFFER(hybrid->unsure.slots), ARG_BUFFER(hybrid->unsure_count), ATTRIBUTE_ARGS(scene)),
-      log));
+  TRY(device_launch(device, &hybrid->judge, work_items(device, count), count, "judge shadow rays by maps",
+                    ARGS(ARG_BUFFER(maps->infos), ARG(light), ARG_BUFFER(maps->views), ARG_BUFFER(maps->tiles),
+                         ARG_BUFFER(maps->blocks), ARG_BUFFER(maps->rows), ARG(maps->block_count),
+                         ARG_BUFFER(scene->bvh2_triangles), ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG(count),
+                         ARG(segment), ARG_BUFFER(rays->slots), ARG_BUFFER(*radiance), ARG_BUFFER(hybrid->unsure.rays),
+                         ARG_BUFFER(hybrid->unsure.slots), ARG_BUFFER(hybrid->unsure_count), ATTRIBUTE_ARGS(scene)),
+                    log));
   TRY(buffer_read(device, &hybrid->unsure_count, &unsure, sizeof unsure, log));
   if (unsure > count) {
     status =

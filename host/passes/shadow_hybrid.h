@@ -3,26 +3,36 @@
 #pragma once
 
 #include "device_scene/device_scene.h"
+#include "passes/camera_rays.h"
 #include "passes/ray_stream.h"
 #include "passes/sure_maps.h"
 #include "passes/trace.h"
 
 typedef struct ShadowHybrid {
-  Kernel judge;
-  SureMaps *lights;  // [light_count]; without maps a light's rays are traced
-  uint32_t light_count, left_out;
+  Kernel judge, mark;
+  SureMaps maps;      // without maps a light's rays are traced
+  uint32_t left_out;  // lights for whose maps there was no room
   RayStream unsure;
   DeviceBuffer unsure_count;
-  uint64_t rays, traced;  // of what was judged so far
+  uint64_t rays, traced;  // of what was judged so far, by shading too
 } ShadowHybrid;
 
-// Draws the maps of every light. 76 bytes a texel, of which a CPU touches what the lists need; lights for whose maps
-// there is no room any more are left out, with a warning that says how many. Errors: those of program_build and
-// buffer_create.
-Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                          const Plan *plan, const CameraInfo *camera, uint32_t capacity, Log *log);
+// Aims the maps of every light: at most 76 bytes a texel; lights for whose maps there is no room any more are left out,
+// with a warning that says how many. Errors: those of program_build and buffer_create.
+Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *scene, const Plan *plan,
+                          const CameraInfo *camera, uint32_t capacity, Log *log);
 void shadow_hybrid_free(ShadowHybrid *hybrid);
 
+// Marks what shadow rays of probes, the pixels of `probes`, ask of a light's maps. Errors: STATUS_DEVICE.
+Status shadow_hybrid_mark(ShadowHybrid *hybrid, Device *device, const CameraRays *probes, uint32_t light,
+                          const RayStream *rays, uint32_t segment, uint32_t count, Log *log);
+
+// Draws what is marked of the maps, which so are those of one camera and one pose of the scene: rays from elsewhere are
+// traced. A CPU touches what the lists need of the bytes. Errors: those of program_build and buffer_create.
+Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                          const CameraInfo *camera, Log *log);
+
+// False where nothing of a light's maps is drawn: all its rays are to be traced.
 bool shadow_hybrid_has(const ShadowHybrid *hybrid, uint32_t light);
 
 // Adds the weights of rays [0, count) of segment `segment` that nothing stops on their way to light `light`: what

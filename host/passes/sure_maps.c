@@ -1,22 +1,25 @@
 #include "passes/sure_maps.h"
 
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "shared/raster.h"
 
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
-static uint64_t blocks_of(const ShadowInfo *info)
+static uint32_t tiles_of(const ShadowInfo *info)
 {
-  return (uint64_t)info->view_count * (info->size_px / 4) * (info->size_px / 4);
+  return info->view_count * TILE_COLUMNS(info->size_px) * TILE_COLUMNS(info->size_px);
 }
 
-static uint64_t rows_of(const ShadowInfo *info) { return (SHADOW_NUMBERS - 1) * blocks_of(info); }
+static const uint64_t block_bytes = sizeof(ShadowBlock) + (SHADOW_NUMBERS - 1) * sizeof(ShadowRow);
 
 uint64_t sure_maps_bytes(const ShadowInfo *info)
 {
-  return blocks_of(info) * sizeof(ShadowBlock) + rows_of(info) * sizeof(ShadowRow);
+  return (uint64_t)tiles_of(info) * (sizeof(ShadowTile) + SHADOW_TILE_BLOCKS * block_bytes);
 }
 
 static Status bins_make(SureRaster *raster, Device *device, Log *log)
@@ -43,7 +46,8 @@ static Status direct_make(SureRaster *raster, Device *device, Log *log)
   TRY(program_kernel(&raster->take, program, "shadow_take", log));
   TRY(program_kernel(&raster->place, program, "shadow_place", log));
   TRY(program_kernel(&raster->fill, program, "shadow_fill", log));
-  TRY(program_kernel(&raster->tiles, program, "shadow_tiles", log));
+  TRY(program_kernel(&raster->squares, program, "shadow_squares", log));
+  TRY(program_kernel(&raster->sum_up, program, "shadow_sum_up", log));
   TRY(buffer_create(&raster->records, device, triangles * SURE_DIRECT_WORDS * sizeof(uint32_t), NULL, "sure maps",
                     log));
   TRY(buffer_create(&raster->lists, device, triangles * RASTER_LARGE_BINS * sizeof(uint32_t), NULL, "sure maps", log));
@@ -81,7 +85,8 @@ done:
 
 void sure_raster_free(SureRaster *raster)
 {
-  Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->take, &raster->place, &raster->fill, &raster->tiles};
+  Kernel *kernels[] = {&raster->setup, &raster->bins,    &raster->take,  &raster->place,
+                       &raster->fill,  &raster->squares, &raster->sum_up};
   for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
   DeviceBuffer *buffers[] = {&raster->records, &raster->lists, &raster->counts, &raster->starts, &raster->ends};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
@@ -89,58 +94,63 @@ void sure_raster_free(SureRaster *raster)
   *raster = (SureRaster){0};
 }
 
-// What both ways are given.
+// What both ways are given of a light.
 typedef struct SureDrawing {
   SureMaps *maps;
   SureRaster *raster;
   Device *device;
   const RasterScene *triangles;
-  const DeviceBuffer *solid;
-  uint32_t skip_facing, views, columns;
+  const DeviceBuffer *solid, *views;
+  const ShadowInfo *info;
+  uint32_t skip_facing, tile_columns, columns;
+  uint64_t texels;  // to be known
 } SureDrawing;
 
-static Status bins_pass(const SureDrawing *drawing, uint32_t first, uint32_t chunks, uint32_t begin, Log *log)
+// In the order in which the kernels declare them.
+#define TILE_ARGS(drawing) \
+  ARG_BUFFER((drawing)->maps->tiles), ARG((drawing)->info->first_texel), ARG((drawing)->tile_columns)
+#define BLOCK_ARGS(drawing) \
+  ARG_BUFFER((drawing)->maps->blocks), ARG_BUFFER((drawing)->maps->rows), ARG((drawing)->maps->block_count)
+
+static Status bins_pass(const SureDrawing *drawing, uint32_t first, uint32_t chunks, Log *log)
 {
   Status status = STATUS_OK;
   const SureRaster *raster = drawing->raster;
   const RasterScene *triangles = drawing->triangles;
-  const SureMaps *maps = drawing->maps;
-  uint64_t items = (uint64_t)chunks * drawing->views, bins = (uint64_t)drawing->columns * drawing->columns;
-  uint32_t size = maps->info.size_px;
+  const uint32_t size = drawing->info->size_px, views = drawing->info->view_count;
+  uint64_t items = (uint64_t)chunks * views, bins = (uint64_t)drawing->columns * drawing->columns;
   TRY(device_launch(drawing->device, &raster->setup, items, items * RASTER_CHUNK,
                     "set up and bin triangles of sure maps",
                     ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first), ARG(chunks),
-                         ARG_BUFFER(maps->views), ARG(drawing->views), ARG(drawing->columns),
-                         ARG_BUFFER(*drawing->solid), ARG(drawing->skip_facing), BIN_ARGS(&raster->binned)),
+                         ARG_BUFFER(*drawing->views), ARG(views), ARG(drawing->columns), ARG_BUFFER(*drawing->solid),
+                         ARG(drawing->skip_facing), TILE_ARGS(drawing), BIN_ARGS(&raster->binned)),
                     log));
-  TRY(device_launch(drawing->device, &raster->bins, bins * drawing->views, (uint64_t)size * size * drawing->views,
-                    "raster sure maps",
-                    ARGS(ARG(size), ARG(drawing->views), ARG(drawing->columns), ARG(chunks), BIN_ARGS(&raster->binned),
-                         ARG(begin), ARG_BUFFER(maps->blocks), ARG_BUFFER(maps->rows)),
+  TRY(device_launch(drawing->device, &raster->bins, bins * views, drawing->texels, "raster sure maps",
+                    ARGS(ARG(size), ARG(views), ARG(drawing->columns), ARG(chunks), BIN_ARGS(&raster->binned),
+                         TILE_ARGS(drawing), BLOCK_ARGS(drawing)),
                     log));
 
 done:
   return status;
 }
 
-static Status direct_pass(const SureDrawing *drawing, uint32_t first, uint32_t chunks, uint32_t begin, Log *log)
+static Status direct_pass(const SureDrawing *drawing, uint32_t first, uint32_t chunks, Log *log)
 {
   Status status = STATUS_OK;
   Device *device = drawing->device;
   SureRaster *raster = drawing->raster;
   const RasterScene *triangles = drawing->triangles;
-  const SureMaps *maps = drawing->maps;
-  const uint32_t views = drawing->views, columns = drawing->columns, size = maps->info.size_px;
+  const uint32_t size = drawing->info->size_px, views = drawing->info->view_count, columns = drawing->columns;
   const uint32_t group = device_traits(device)->group_size, lists = views * (columns * columns + 1);
   uint32_t first_triangle = first * RASTER_CHUNK, count = chunks * RASTER_CHUNK;
-  uint64_t tiles = (uint64_t)divide_up(size / 4, 2) * divide_up(size / 4, group / 32) * views;
+  uint64_t tiles = tiles_of(drawing->info), squares = tiles * (SHADOW_TILE_PX * SHADOW_TILE_PX / group);
   TRY(buffer_zero(device, &raster->counts, log));
-  TRY(device_launch(device, &raster->take, (uint64_t)count * views, (uint64_t)count * views,
-                    "set up triangles of sure maps",
-                    ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first_triangle), ARG(count),
-                         ARG_BUFFER(maps->views), ARG(views), ARG(columns), ARG_BUFFER(*drawing->solid),
-                         ARG(drawing->skip_facing), ARG_BUFFER(raster->records), ARG_BUFFER(raster->counts)),
-                    log));
+  TRY(device_launch(
+      device, &raster->take, (uint64_t)count * views, (uint64_t)count * views, "set up triangles of sure maps",
+      ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first_triangle), ARG(count),
+           ARG_BUFFER(*drawing->views), ARG(views), ARG(columns), ARG_BUFFER(*drawing->solid),
+           ARG(drawing->skip_facing), TILE_ARGS(drawing), ARG_BUFFER(raster->records), ARG_BUFFER(raster->counts)),
+      log));
   TRY(device_launch(device, &raster->place, lists, lists, "place the bins of sure maps",
                     ARGS(ARG(lists), ARG_BUFFER(raster->counts), ARG_BUFFER(raster->starts), ARG_BUFFER(raster->ends)),
                     log));
@@ -148,11 +158,12 @@ static Status direct_pass(const SureDrawing *drawing, uint32_t first, uint32_t c
                     ARGS(ARG(columns), ARG_BUFFER(raster->records), ARG_BUFFER(raster->counts),
                          ARG_BUFFER(raster->ends), ARG_BUFFER(raster->lists)),
                     log));
-  TRY(device_launch(device, &raster->tiles, tiles * group, (uint64_t)size * size * views, "raster sure maps",
+  TRY(device_launch(device, &raster->squares, squares * group, drawing->texels, "raster sure maps",
                     ARGS(ARG(size), ARG(views), ARG(columns), ARG_BUFFER(raster->records), ARG_BUFFER(raster->starts),
-                         ARG_BUFFER(raster->ends), ARG_BUFFER(raster->lists), ARG(begin), ARG_BUFFER(maps->blocks),
-                         ARG_BUFFER(maps->rows)),
+                         ARG_BUFFER(raster->ends), ARG_BUFFER(raster->lists), TILE_ARGS(drawing), BLOCK_ARGS(drawing)),
                     log));
+  TRY(device_launch(device, &raster->sum_up, tiles, tiles, "sum up tiles of sure maps",
+                    ARGS(ARG(size), ARG(views), TILE_ARGS(drawing), ARG_BUFFER(drawing->maps->blocks)), log));
 
 done:
   return status;
@@ -177,36 +188,137 @@ done:
   return status;
 }
 
-// By passes over the scene's chunks, as depth maps are (passes/raster_depth.c).
-Status sure_maps_draw(SureMaps *out, SureRaster *raster, Device *device, const RasterScene *triangles,
-                      const ShadowFit *fit, const DeviceBuffer *solid, bool skip_facing, Log *log)
+// Infos and views, and where the tiles of each light are.
+static Status tables_make(SureMaps *maps, const ShadowFit *fits, Log *log)
+{
+  uint32_t views = 0;
+  maps->lights = calloc(maps->light_count + 1, sizeof *maps->lights);
+  maps->known_tiles = calloc(maps->light_count + 1, sizeof *maps->known_tiles);
+  maps->view_table = malloc(((size_t)maps->light_count * SHADOW_VIEWS_MOST + 1) * sizeof *maps->view_table);
+  if (!maps->lights || !maps->known_tiles || !maps->view_table) return log_no_memory(log, "sure maps");
+  for (uint32_t i = 0; i < maps->light_count; i++) {
+    ShadowInfo *info = &maps->lights[i];
+    *info = fits[i].info;
+    info->first_view = views;
+    info->first_texel = maps->tile_count;
+    memcpy(maps->view_table + views, fits[i].views, info->view_count * sizeof *fits[i].views);
+    views += info->view_count;
+    maps->tile_count += tiles_of(info);
+  }
+  return STATUS_OK;
+}
+
+Status sure_maps_aim(SureMaps *out, Device *device, const ShadowFit *fits, uint32_t light_count, bool marked, Log *log)
 {
   Status status = STATUS_OK;
-  const ShadowInfo *info = &fit->info;
-  const uint32_t views = info->view_count, bin_px = raster->way == RASTER_WAY_BINS ? RASTER_BIN_PX : SURE_BIN_PX,
-                 columns = divide_up(info->size_px, bin_px);
-  uint32_t pass_chunks = raster->pass_chunks / views;
-  const SureDrawing drawing = {out, raster, device, triangles, solid, skip_facing, views, columns};
-  out->info = *info;
-  TRY(buffer_create(&out->info_buffer, device, sizeof *info, info, "sure maps", log));
-  TRY(buffer_create(&out->views, device, views * sizeof *fit->views, fit->views, "sure maps", log));
-  TRY(buffer_create(&out->blocks, device, blocks_of(info) * sizeof(ShadowBlock), NULL, "sure maps", log));
-  TRY(buffer_create(&out->rows, device, rows_of(info) * sizeof(ShadowRow), NULL, "sure maps", log));
-  TRY(bins_divide(raster, device, columns, views, log));
-  for (uint32_t first = 0, begin = 1; first < triangles->chunk_count || begin; first += pass_chunks, begin = 0) {
-    uint32_t chunks = smaller(pass_chunks, triangles->chunk_count - first);
-    TRY((raster->way == RASTER_WAY_BINS ? bins_pass : direct_pass)(&drawing, first, chunks, begin, log));
-  }
+  out->light_count = light_count;
+  TRY(tables_make(out, fits, log));
+  const ShadowInfo *last = light_count ? &out->lights[light_count - 1] : NULL;
+  size_t views = last ? last->first_view + last->view_count : 0;
+  TRY(buffer_create(&out->infos, device, light_count * sizeof *out->lights, out->lights, "sure maps", log));
+  TRY(buffer_create(&out->views, device, views * sizeof *out->view_table, out->view_table, "sure maps", log));
+  if (!marked) return STATUS_OK;
+  TRY(buffer_create(&out->marks, device, out->tile_count * sizeof(uint32_t), NULL, "sure maps", log));
+  TRY(buffer_fill_words(device, &out->marks, SHADOW_TILE_UNKNOWN, log));
 
 done:
   return status;
 }
 
+// What cl/rays/shadow_mark.cl made a mark of.
+static float least_of(uint32_t mark)
+{
+  float least;
+  uint32_t bits = mark >> 31 ? mark & 0x7fffffffu : ~mark;
+  memcpy(&least, &bits, sizeof least);
+  return least;
+}
+
+// Tiles as they are before anything is drawn. `marks`: NULL where all are to be known.
+static void tiles_fill(SureMaps *maps, ShadowTile *tiles, const uint32_t *marks)
+{
+  maps->block_count = 0;
+  for (uint32_t light = 0; light < maps->light_count; light++) {
+    const ShadowInfo *info = &maps->lights[light];
+    maps->known_tiles[light] = 0;
+    for (uint32_t i = info->first_texel; i < info->first_texel + tiles_of(info); i++) {
+      bool known = !marks || marks[i] != SHADOW_TILE_UNKNOWN;
+      tiles[i] = (ShadowTile){known ? maps->block_count : SHADOW_TILE_UNKNOWN,
+                              marks && known ? least_of(marks[i]) : -INFINITY, -INFINITY, -INFINITY};
+      if (!known) continue;
+      maps->block_count += SHADOW_TILE_BLOCKS;
+      maps->known_tiles[light]++;
+    }
+  }
+}
+
+Status sure_maps_settle(SureMaps *maps, Device *device, Log *log)
+{
+  Status status = STATUS_OK;
+  const size_t count = maps->tile_count;
+  const bool marked = maps->marks.memory;
+  uint32_t *marks = malloc((count + 1) * sizeof *marks);
+  ShadowTile *tiles = malloc((count + 1) * sizeof *tiles);
+  if (!marks || !tiles) {
+    status = log_no_memory(log, "sure maps");
+    goto done;
+  }
+  if (marked) TRY(buffer_read(device, &maps->marks, marks, count * sizeof *marks, log));
+  tiles_fill(maps, tiles, marked ? marks : NULL);
+  const size_t blocks = maps->block_count;
+  TRY(buffer_create(&maps->tiles, device, count * sizeof *tiles, tiles, "sure maps", log));
+  TRY(buffer_create(&maps->blocks, device, blocks * sizeof(ShadowBlock), NULL, "sure maps", log));
+  TRY(buffer_create(&maps->rows, device, (SHADOW_NUMBERS - 1) * blocks * sizeof(ShadowRow), NULL, "sure maps", log));
+
+done:
+  buffer_free(&maps->marks);
+  free(marks);
+  free(tiles);
+  return status;
+}
+
+// By passes over the scene's chunks, as depth maps are (passes/raster_depth.c).
+Status sure_maps_draw(SureMaps *maps, uint32_t light, SureRaster *raster, Device *device, const RasterScene *triangles,
+                      const DeviceBuffer *solid, bool skip_facing, Log *log)
+{
+  Status status = STATUS_OK;
+  const ShadowInfo *info = &maps->lights[light];
+  const uint32_t views = info->view_count, bin_px = raster->way == RASTER_WAY_BINS ? RASTER_BIN_PX : SURE_BIN_PX;
+  DeviceBuffer view_table = {0};
+  if (maps->known_tiles[light] == 0) return STATUS_OK;
+  uint32_t pass_chunks = raster->pass_chunks / views;
+  const SureDrawing drawing = {
+      .maps = maps,
+      .raster = raster,
+      .device = device,
+      .triangles = triangles,
+      .solid = solid,
+      .views = &view_table,
+      .info = info,
+      .skip_facing = skip_facing,
+      .tile_columns = TILE_COLUMNS(info->size_px),
+      .columns = divide_up(info->size_px, bin_px),
+      .texels = (uint64_t)maps->known_tiles[light] * SHADOW_TILE_PX * SHADOW_TILE_PX,
+  };
+  TRY(buffer_create(&view_table, device, views * sizeof *maps->view_table, maps->view_table + info->first_view,
+                    "sure maps", log));
+  TRY(bins_divide(raster, device, drawing.columns, views, log));
+  for (uint32_t first = 0; first < triangles->chunk_count; first += pass_chunks) {
+    uint32_t chunks = smaller(pass_chunks, triangles->chunk_count - first);
+    TRY((raster->way == RASTER_WAY_BINS ? bins_pass : direct_pass)(&drawing, first, chunks, log));
+  }
+
+done:
+  buffer_free(&view_table);
+  return status;
+}
+
 void sure_maps_free(SureMaps *maps)
 {
-  buffer_free(&maps->info_buffer);
-  buffer_free(&maps->views);
-  buffer_free(&maps->blocks);
-  buffer_free(&maps->rows);
+  DeviceBuffer *buffers[] = {&maps->infos, &maps->views, &maps->marks, &maps->tiles, &maps->blocks, &maps->rows};
+  for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
+  free(maps->lights);
+  free(maps->known_tiles);
+  free(maps->view_table);
   *maps = (SureMaps){0};
 }

@@ -1,4 +1,4 @@
-// What a light's maps know for sure of its shadows: cl/raster/shadow_bins.cl, and the same on a GPU,
+// What lights' maps know for sure of their shadows: cl/raster/shadow_bins.cl, and the same on a GPU,
 // cl/raster/shadow_direct.cl.
 #pragma once
 
@@ -6,23 +6,37 @@
 #include "passes/raster_scene.h"
 #include "passes/shadow_fit.h"
 
-// A light's maps.
+// The maps of all lights.
 typedef struct SureMaps {
-  ShadowInfo info;  // the host's copy
-  DeviceBuffer info_buffer, views;
-  DeviceBuffer blocks;  // ShadowBlock [view_count][size / 4 * size / 4]
-  DeviceBuffer rows;    // ShadowRow [SHADOW_NUMBERS - 1][view_count][size / 4 * size / 4]
+  uint32_t light_count;
+  ShadowInfo *lights;     // [light_count], the host's copy of `infos`; a light without maps has a view_count of 0
+  uint32_t *known_tiles;  // [light_count]: to be drawn
+  ShadowView *view_table;
+  DeviceBuffer infos, views;  // ShadowInfo [light_count], ShadowView of all lights
+  uint32_t tile_count, block_count;
+  DeviceBuffer marks;   // uint [tile_count], until it is settled which tiles are known
+  DeviceBuffer tiles;   // ShadowTile [tile_count]: of light after light, view after view, row by row
+  DeviceBuffer blocks;  // ShadowBlock [block_count]
+  DeviceBuffer rows;    // ShadowRow [SHADOW_NUMBERS - 1][block_count]
 } SureMaps;
 
-// Bytes of a light's blocks and rows.
+// Bytes of a light's tiles, blocks and rows where all of its tiles are known.
 uint64_t sure_maps_bytes(const ShadowInfo *info);
+
+// Where the maps look, light by light; a fit of no views is of a light without maps. Marked, only tiles that are then
+// marked (cl/rays/shadow_mark.cl) will be drawn; else all. On failure *out is to be freed too. Errors: those of
+// buffer_create.
+Status sure_maps_aim(SureMaps *out, Device *device, const ShadowFit *fits, uint32_t light_count, bool marked, Log *log);
+
+// Reads the marks, and makes room for what they ask. Errors: those of buffer_create.
+Status sure_maps_settle(SureMaps *maps, Device *device, Log *log);
 
 // What draws them, light after light.
 typedef struct SureRaster {
   RasterWay way;
-  Kernel setup, bins;               // RASTER_WAY_BINS
-  Kernel take, place, fill, tiles;  // RASTER_WAY_DIRECT
-  RasterBins binned;                // of one pass
+  Kernel setup, bins;                         // RASTER_WAY_BINS
+  Kernel take, place, fill, squares, sum_up;  // RASTER_WAY_DIRECT
+  RasterBins binned;                          // of one pass
   // The direct way's, of one pass: SURE_DIRECT_WORDS a record; SURE_COUNTS and the lists'; where these start and end.
   DeviceBuffer records, lists, counts, starts, ends;
   uint32_t pass_chunks;  // chunks times views that the buffers hold
@@ -33,9 +47,8 @@ Status sure_raster_make(SureRaster *out, Device *device, const RasterScene *tria
                         Log *log);
 void sure_raster_free(SureRaster *raster);
 
-// Draws a light's maps. `solid` has a bit a triangle (device_scene/solid.h); with skip_facing what is of a closed
-// surface and faces the light is left out. Returns when the launches are queued. On failure *out is to be freed too.
-// Errors: those of buffer_create.
-Status sure_maps_draw(SureMaps *out, SureRaster *raster, Device *device, const RasterScene *triangles,
-                      const ShadowFit *fit, const DeviceBuffer *solid, bool skip_facing, Log *log);
+// Draws a light's maps, which are settled. `solid` has a bit a triangle (device_scene/solid.h); with skip_facing what
+// is of a closed surface and faces the light is left out. Errors: those of buffer_create.
+Status sure_maps_draw(SureMaps *maps, uint32_t light, SureRaster *raster, Device *device, const RasterScene *triangles,
+                      const DeviceBuffer *solid, bool skip_facing, Log *log);
 void sure_maps_free(SureMaps *maps);

@@ -1,5 +1,7 @@
 #include "plan/plan.h"
 
+#include <string.h>
+
 // Noise is the price of samples.
 static bool samples_pay(const RenderSettings *settings)
 {
@@ -29,12 +31,34 @@ static float max_roughness_choose(const RenderSettings *settings, const SceneFac
   return facts->least_roughness <= most ? most : 0;
 }
 
+// Which lights have maps, with SHADOWS_HYBRID.
+typedef struct ShadowChoice {
+  ShadowMethod method;
+  uint32_t hybrid_kinds;
+  ShadowCost costs[SHADOW_LIGHT_KINDS];
+} ShadowChoice;
+
+static ShadowChoice shadows_choose(const RenderSettings *settings, const SceneFacts *facts)
+{
+  static const uint32_t maps[SHADOW_LIGHT_KINDS] = {6, 1, 4};  // point, spot, directional
+  ShadowChoice choice = {.method = facts->light_count > 0 ? settings->shadows : SHADOWS_NONE};
+  for (uint32_t kind = 0; kind < SHADOW_LIGHT_KINDS; kind++) {
+    ShadowCostFacts cost = {facts->triangle_count, facts->pixel_count, settings->samples, maps[kind], facts->gpu};
+    choice.costs[kind] = shadow_cost(&cost);
+    bool gains = facts->lights_by_kind[kind] > 0 && shadow_hybrid_gains(&choice.costs[kind]);
+    if (gains || choice.method == SHADOWS_HYBRID) choice.hybrid_kinds |= 1u << kind;
+  }
+  if (choice.method == SHADOWS_AUTO) choice.method = choice.hybrid_kinds ? SHADOWS_HYBRID : SHADOWS_RAYS;
+  return choice;
+}
+
 Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
 {
   PrimaryFacts primary = {facts->triangle_count, facts->pixel_count, settings->samples, facts->gpu};
   PrimaryCost cost = primary_cost(&primary);
   EnvironmentLightMethod environment_light = environment_light_choose(settings, facts);
   float max_roughness = max_roughness_choose(settings, facts);
+  ShadowChoice shadows = shadows_choose(settings, facts);
   bool reflect =
       settings->reflections > REFLECTIONS_NONE && settings->max_depth > 0 && (facts->has_mirrors || max_roughness > 0);
   ReflectionMethod first = reflect ? settings->reflections : REFLECTIONS_NONE;
@@ -44,12 +68,13 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
   if (deep == REFLECTIONS_NONE && depths > 1) depths = 1;
   CubeOptions cubes = settings->cubes;
   cubes.visibility = settings->primary;
-  return (Plan){
+  Plan plan = {
       .lighting = settings->lighting,
       .primary = primary_choose(settings->primary, &cost),
       .primary_cost = cost,
       .shadow_rays = settings->shadows != SHADOWS_NONE && facts->light_count > 0,
-      .shadows = facts->light_count > 0 ? settings->shadows : SHADOWS_NONE,
+      .shadows = shadows.method,
+      .hybrid_kinds = shadows.hybrid_kinds,
       .shadow_options = settings->shadow_options,
       .reflected_rays = reflect,
       .reflections = first,
@@ -62,6 +87,8 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
       .max_depth = depths,
       .ambient = settings->ambient,
   };
+  memcpy(plan.shadow_costs, shadows.costs, sizeof plan.shadow_costs);
+  return plan;
 }
 
 RenderSettings settings_exact(const RenderSettings *settings)

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "plan/primary.h"
+#include "plan/shadow_cost.h"
 
 typedef enum LightingModel { LIGHTING_PBR, LIGHTING_PHONG } LightingModel;
 
@@ -18,7 +19,11 @@ typedef enum ShadowMethod {
   SHADOWS_HYBRID,  // what the map knows for sure, and rays for the rest: the picture of SHADOWS_RAYS
   SHADOWS_RAYS,
   SHADOWS_AREA,  // rays to points of a light that has a radius
+  SHADOWS_AUTO,  // of settings alone: HYBRID or RAYS, whichever is quicker, light by light
 } ShadowMethod;
+
+// Kinds of lights; maps differ between them, lights of a kind are alike to the plan.
+enum { SHADOW_LIGHT_KINDS = 3 };  // LIGHT_KIND_* of shared/scene.h
 
 // Details of them; a light's radius is there for PCSS and AREA alone.
 typedef struct ShadowOptions {
@@ -128,6 +133,7 @@ typedef struct SceneFacts {
   uint64_t pixel_count;  // of the part of the picture that is rendered
   bool gpu;
   uint32_t light_count;
+  uint32_t lights_by_kind[SHADOW_LIGHT_KINDS];  // for SHADOWS_AUTO
   bool has_mirrors, has_blends;
   float least_roughness;  // of what is no mirror; INFINITY where there is nothing but mirrors
   bool environment_lights;
@@ -141,6 +147,8 @@ typedef struct Plan {
   bool shadow_rays;      // a light is there and shadows are asked for
   ShadowMethod shadows;  // SHADOWS_NONE without shadow rays
   ShadowOptions shadow_options;
+  uint32_t hybrid_kinds;  // bit k: with SHADOWS_HYBRID, lights of kind k have maps; the others' rays are traced
+  ShadowCost shadow_costs[SHADOW_LIGHT_KINDS];     // of one light of the kind
   bool reflected_rays;                             // something that reflects is there and reflections are asked for
   ReflectionMethod reflections, deep_reflections;  // both NONE without reflected rays; never LIKE_FIRST
   CubeOptions cubes;

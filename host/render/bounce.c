@@ -73,6 +73,12 @@ static ReflectionMethod reflections_of(const Frame *frame, uint32_t depth)
   return reflections_use_cubes(method) && frame->cube_reflect.cube_count == 0 ? REFLECTIONS_RAYS : method;
 }
 
+static Coherence coherence_of(const Frame *frame, uint32_t depth)
+{
+  uint32_t coherent_bounces = frame->request.plan.max_roughness > 0 ? 1 : COHERENT_BOUNCES;
+  return depth < coherent_bounces ? RAYS_COHERENT : RAYS_INCOHERENT;
+}
+
 static ShadeInfo shade_info(const Frame *frame, const Wave *wave, const Bounce *bounce)
 {
   const uint32_t depth = bounce->depth;
@@ -81,10 +87,11 @@ static ShadeInfo shade_info(const Frame *frame, const Wave *wave, const Bounce *
   const CameraInfo *camera = &frame_camera(frame)->info;
   const bool reflects = plan->reflected_rays && depth < plan->max_depth;
   const bool by_image = frame->shader.environment_table.bytes > 0;
+  const bool judged = plan->shadows == SHADOWS_HYBRID && !frame->marking && coherence_of(frame, depth) == RAYS_COHERENT;
   return (ShadeInfo){
       .model = plan->lighting == LIGHTING_PHONG ? LIGHTING_MODEL_PHONG : LIGHTING_MODEL_PBR,
       .first_batch = 1,
-      .cast_shadows = plan->shadow_rays,
+      .cast_shadows = plan->shadow_rays ? (judged ? SHADOWS_JUDGED : 1) : 0,
       .reflect = reflects,
       .environment_light = environment_light_of(plan->environment_light),
       .ambient = plan->ambient,
@@ -140,6 +147,10 @@ static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_
   if (frame->request.doubt)
     return shadow_doubt_add(frame->request.doubt, frame->device, frame->scene, light, streams->shadow, segment, count,
                             log);
+  if (frame->marking)
+    return coherence == RAYS_COHERENT ? shadow_hybrid_mark(&frame->shadow_hybrid, frame->device, &frame->camera, light,
+                                                           streams->shadow, segment, count, log)
+                                      : STATUS_OK;
   if (shadow_hybrid_has(&frame->shadow_hybrid, light))
     return shadow_hybrid_trace(&frame->shadow_hybrid, &frame->tracer, frame->device, frame->scene, light,
                                streams->shadow, segment, count, streams->radiance, coherence, log);
@@ -159,6 +170,7 @@ static Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t c
     batch.light_count = lights - batch.first_light < LIGHTS_PER_LAUNCH ? lights - batch.first_light : LIGHTS_PER_LAUNCH;
     TRY(shade(&frame->shader, frame->device, frame->scene, streams, count, &batch, spawned, "shade and spawn rays",
               log));
+    frame->shadow_hybrid.rays += spawned[STREAM_COUNT_JUDGED];
     for (uint32_t i = 0; i < batch.light_count; i++)
       TRY(shadows_resolve(frame, streams, batch.first_light + i, i, spawned[i], coherence, log));
     if (batch.first_batch) {
@@ -311,14 +323,14 @@ Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounc
     stream_give_back(frame, listed.rays);
     return STATUS_OK;
   }
-  uint32_t coherent_bounces = request->plan.max_roughness > 0 ? 1 : COHERENT_BOUNCES;
-  Coherence coherence = bounce->depth < coherent_bounces ? RAYS_COHERENT : RAYS_INCOHERENT;
+  Coherence coherence = coherence_of(frame, bounce->depth);
   ShadeInfo info = shade_info(frame, wave, bounce);
   RayStream *reflected, *transmitted;
   TRY(stream_take(&reflected, frame, info.reflect, log));
   TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
-  ShadeStreams streams = {bounce->rays, &frame->hits,     &frame->shadow,      reflected,
-                          transmitted,  &frame->radiance, &frame->shadow_maps, frame_camera(frame)};
+  ShadeStreams streams = {bounce->rays,        &frame->hits,        &frame->shadow,
+                          reflected,           transmitted,         &frame->radiance,
+                          &frame->shadow_maps, frame_camera(frame), &frame->shadow_hybrid.maps};
   TRY(hits_find(frame, wave, &own, &listed, coherence, log));
   if (bounce->first && request->aovs & AOV_SET_SURFACE)
     TRY(film_aov(&frame->film, device, frame->scene, &frame->camera, wave, bounce->rays, &frame->hits, log));

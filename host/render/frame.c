@@ -4,6 +4,7 @@
 
 #include "render/bounce.h"
 #include "render/reflectors.h"
+#include "render/shadow_receivers.h"
 #include "shared/raster.h"
 #include "shared/stream.h"
 
@@ -57,8 +58,8 @@ static Status raster_make(Frame *frame, Log *log)
   TRY(shadow_maps_make(&frame->shadow_maps, frame->device, frame->scene, &frame->raster_scene, plan,
                        &frame->camera.info, log));
   if (plan->shadows == SHADOWS_HYBRID)
-    TRY(shadow_hybrid_make(&frame->shadow_hybrid, frame->device, frame->scene, &frame->raster_scene, plan,
-                           &frame->camera.info, frame->capacity, log));
+    TRY(shadow_hybrid_make(&frame->shadow_hybrid, frame->device, frame->scene, plan, &frame->camera.info,
+                           frame->capacity, log));
   if (!raster) goto done;
   TRY(raster_visibility_make(&frame->raster, frame->device, frame->scene, &frame->raster_scene, &options, log));
   TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->camera, frame->request.samples, frame->capacity,
@@ -104,6 +105,7 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   TRY(hit_stream_make(&frame.hits, device, frame.capacity, log));
   TRY(buffer_create(&frame.radiance, device, (size_t)frame.capacity * sizeof(Float4), NULL, "radiance", log));
   TRY(aov_sums_make(&frame, log));
+  if (request->plan.shadows == SHADOWS_HYBRID) TRY(shadow_receivers_prepare(&frame, log));
   TRY(reflectors_prepare(&frame, log));
   *out = frame;
   frame = (Frame){0};
@@ -177,7 +179,12 @@ static Status wave_add(Frame *frame, const Wave *wave, Log *log)
 {
   Status status = STATUS_OK;
   ShadowDoubt *doubt = frame->request.doubt;
-  if (doubt) shadow_doubt_begin_wave(doubt, wave->tile_count * TILE_PIXELS, wave->sample_count);
+  if (doubt) {
+    TRY(shadow_doubt_begin_wave(doubt, frame->device, wave->tile_count * TILE_PIXELS, wave->sample_count, log));
+    doubt->showing = true;
+    TRY(frame_render_wave(frame, wave, log));
+    doubt->showing = false;
+  }
   TRY(frame_render_wave(frame, wave, log));
   TRY(radiance_accumulate(frame, wave, &frame->film.sums, log));
   if (doubt) shadow_doubt_end_wave(doubt);

@@ -70,6 +70,7 @@ typedef struct Frame {
   NearReflect near_reflect;
   SnapshotCapture snapshot_capture;  // while snapshots are taken
   bool photographing;                // a wave is one of a snapshot
+  bool marking;                      // a wave is one of probes that mark where hybrid shadows are asked, without AOVs
   ReflectorSummary reflectors;
   Tracer tracer;
   Shader shader;

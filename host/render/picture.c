@@ -18,20 +18,20 @@ uint32_t aov_set_of(uint32_t names)
 
 // Everything that a picture's groups point into.
 typedef struct PictureData {
-  float *picture;                          // [pixels][4]
-  float *values;                           // [AOV_VALUE_PLANES][pixels]
-  uint32_t *ids;                           // [AOV_ID_PLANES][pixels]
-  float *direct, *lit, *own, *unshadowed;  // [pixels][4]
-  float *normals, *albedos, *positions;    // [pixels][3]
-  float *shadows;                          // [pixels]
+  float *picture;                        // [pixels][4]
+  float *values;                         // [AOV_VALUE_PLANES][pixels]
+  uint32_t *ids;                         // [AOV_ID_PLANES][pixels]
+  float *direct;                         // [pixels][4]
+  float *normals, *albedos, *positions;  // [pixels][3]
+  float *shadows;                        // [pixels]
   ImageChannels groups[16];
   uint32_t group_count;
 } PictureData;
 
 static void picture_data_free(PictureData *data)
 {
-  void *arrays[] = {data->picture,    data->values,  data->ids,     data->direct,    data->lit,    data->own,
-                    data->unshadowed, data->normals, data->albedos, data->positions, data->shadows};
+  void *arrays[] = {data->picture, data->values,  data->ids,       data->direct,
+                    data->normals, data->albedos, data->positions, data->shadows};
   for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
 }
 
@@ -78,6 +78,8 @@ done:
   return status;
 }
 
+static size_t pixel_count(const Frame *frame) { return (size_t)frame->camera.info.width * frame->camera.info.height; }
+
 static Status sums_read(float **out, Frame *frame, const DeviceBuffer *sums, size_t pixels, Log *log)
 {
   *out = malloc(pixels * 4 * sizeof **out);
@@ -85,23 +87,33 @@ static Status sums_read(float **out, Frame *frame, const DeviceBuffer *sums, siz
   return buffer_read(frame->device, sums, *out, pixels * 4 * sizeof **out, log);
 }
 
-// shadow: direct light that arrives over direct light without shadows, 1 where there is none.
-static Status aov_shadow_group(PictureData *data, Frame *frame, size_t pixels, Log *log)
+Status picture_lit_shares(float *out, Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
-  TRY(sums_read(&data->lit, frame, &frame->lit_sums, pixels, log));
-  TRY(sums_read(&data->own, frame, &frame->own_sums, pixels, log));
-  TRY(sums_read(&data->unshadowed, frame, &frame->unshadowed_sums, pixels, log));
-  data->shadows = malloc(pixels * sizeof *data->shadows);
-  if (!data->shadows) return log_no_memory(log, "AOVs");
+  const DeviceBuffer *buffers[3] = {&frame->lit_sums, &frame->own_sums, &frame->unshadowed_sums};
+  float *sums[3] = {NULL};
+  size_t pixels = pixel_count(frame);
+  for (int i = 0; i < 3; i++) TRY(sums_read(&sums[i], frame, buffers[i], pixels, log));
   for (size_t i = 0; i < pixels; i++) {
     float arrives = 0, unshadowed = 0;
     for (int c = 0; c < 3; c++) {
-      arrives += data->lit[4 * i + c] - data->own[4 * i + c];
-      unshadowed += data->unshadowed[4 * i + c] - data->own[4 * i + c];
+      arrives += sums[0][4 * i + c] - sums[1][4 * i + c];
+      unshadowed += sums[2][4 * i + c] - sums[1][4 * i + c];
     }
-    data->shadows[i] = unshadowed > 0 ? fminf(fmaxf(arrives / unshadowed, 0), 1) : 1;
+    out[i] = unshadowed > 0 ? fminf(fmaxf(arrives / unshadowed, 0), 1) : 1;
   }
+
+done:
+  for (int i = 0; i < 3; i++) free(sums[i]);
+  return status;
+}
+
+static Status aov_shadow_group(PictureData *data, Frame *frame, size_t pixels, Log *log)
+{
+  Status status = STATUS_OK;
+  data->shadows = malloc(pixels * sizeof *data->shadows);
+  if (!data->shadows) return log_no_memory(log, "AOVs");
+  TRY(picture_lit_shares(data->shadows, frame, log));
   group_add(data, (ImageChannels){{"shadow.Y"}, 1, 1, data->shadows, 0});
 
 done:
@@ -131,8 +143,6 @@ uint64_t picture_memory_bytes(const PictureArea *area, uint32_t aovs)
       PICTURE + (set & AOV_SET_SURFACE ? SURFACE : 0) + (set & (AOV_SET_SHADOW | AOV_SET_REFLECTION) ? SHADOW : 0);
   return (uint64_t)area->width * area->height * pixel_bytes;
 }
-
-static size_t pixel_count(const Frame *frame) { return (size_t)frame->camera.info.width * frame->camera.info.height; }
 
 Status picture_auto_exposure(float *ev, Frame *frame, Log *log)
 {

@@ -39,6 +39,10 @@ uint64_t picture_memory_bytes(const PictureArea *area, uint32_t aovs);
 // Errors: STATUS_DEVICE, STATUS_NO_MEMORY.
 Status picture_auto_exposure(float *ev, Frame *frame, Log *log);
 
+// Of a frame with AOV_SET_SHADOW: direct light that arrives at first hits over direct light without shadows, 1 where
+// there is none. out: [height][width]. Errors: STATUS_DEVICE, STATUS_NO_MEMORY.
+Status picture_lit_shares(float *out, Frame *frame, Log *log);
+
 // How sums of `samples` samples a pixel become the picture's values; `display`: those of PNG and JPEG.
 ResolveInfo picture_resolve_info(const PictureOptions *options, const Frame *frame, uint32_t samples, bool display);
 

@@ -19,21 +19,24 @@ done:
   return status;
 }
 
-Status probes_render(float *out, float *half, Device *device, const DeviceScene *scene, const ProbeRender *render,
+Status probes_render(const ProbePictures *out, Device *device, const DeviceScene *scene, const ProbeRender *render,
                      Log *log)
 {
   Status status = STATUS_OK;
   Frame frame = {0};
-  uint32_t seed = render->request.seed, passes = render->passes;
-  TRY(frame_make(&frame, device, scene, &render->request, log));
+  FrameRequest request = render->request;
+  uint32_t seed = request.seed, passes = render->passes;
+  if (out->lit) request.aovs |= AOV_SET_SHADOW;
+  TRY(frame_make(&frame, device, scene, &request, log));
   for (uint32_t pass = 1; pass <= passes; pass++) {
     frame.request.seed = passes > 1 ? seed + pass : seed;
     TRY(pass_render(&frame, render->probes, log));
-    float *to = pass == passes ? out : pass == passes / 2 ? half : NULL;
+    float *to = pass == passes ? out->whole : pass == passes / 2 ? out->half : NULL;
     if (!to) continue;
     ResolveInfo resolve = picture_resolve_info(render->picture, &frame, frame.request.samples * pass, true);
     TRY(film_resolve(&frame.film, device, &frame.film.sums, &resolve, to, log));
   }
+  if (out->lit) TRY(picture_lit_shares(out->lit, &frame, log));
 
 done:
   frame_free(&frame);

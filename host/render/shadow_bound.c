@@ -5,7 +5,7 @@
 
 #include "plan/samples.h"
 
-enum { PROBES = 16384, BLOCK_PROBES = 8, SAMPLES_MOST = 16 };
+enum { PROBES = 16384, BLOCK_PROBES = 8, SAMPLES_MOST = 16, FINER_PX = 1024 };
 
 static const double least_shown = 2.0 / 255 / 12.92;  // linear: sRGB is straight there
 static const double normal_99 = 2.576;
@@ -62,11 +62,29 @@ static FrameRequest probe_request(const Frame *frame, Block block, uint32_t samp
   return request;
 }
 
+// Finer maps of the same lights, for PCSS: a light of some size makes a wide, visible half-shadow even of what is much
+// thinner than a texel.
+static Status finer_make(ShadowMaps *out, const Frame *frame, Log *log)
+{
+  Plan plan = frame->request.plan;
+  uint32_t largest = 0;
+  Log quiet = {0};
+  for (uint32_t i = 0; i < frame->shadow_maps.light_count; i++)
+    if (frame->shadow_maps.lights[i].size_px > largest) largest = frame->shadow_maps.lights[i].size_px;
+  uint32_t size = largest * 4 < FINER_PX ? largest * 4 : largest * 2 < FINER_PX ? FINER_PX : largest * 2;
+  if (plan.shadows != SHADOWS_PCSS || size > SHADOW_MAP_MOST_PX) return STATUS_OK;
+  plan.shadow_options.map_size_px = size;
+  Status status =
+      shadow_maps_make(out, frame->device, frame->scene, &frame->raster_scene, &plan, &frame->camera.info, &quiet);
+  return status ? log_fail(log, status, "%s", quiet.error) : STATUS_OK;
+}
+
 Status shadow_bound_make(ShadowBound *out, const Frame *frame, float scale, Log *log)
 {
   Status status = STATUS_OK;
   Frame probing = {0};
   ShadowDoubt doubt = {0};
+  ShadowMaps finer = {0};
   float(*offsets)[2] = NULL;
   Device *device = frame->device;
   uint32_t light_count = frame->scene->light_count, samples = frame->request.samples;
@@ -79,7 +97,10 @@ Status shadow_bound_make(ShadowBound *out, const Frame *frame, float scale, Log 
   TRY(frame_make(&probing, device, frame->scene, &request, log));
   TRY(buffer_write(device, &probing.camera.offsets, offsets, request.samples * sizeof *offsets, log));
   TRY(shadow_doubt_make(&doubt, device, &frame->shadow_maps, frame->request.plan.shadows, probing.capacity, log));
+  TRY(finer_make(&finer, frame, log));
+  doubt.finer = &finer;
   doubt.least_weight = (float)(least_shown / (double)scale);
+  doubt.scale = scale;
   doubt.samples_a_probe = samples;
   TRY(frame_render(&probing, log));
   bound.probes = (uint64_t)probing.camera.info.width * probing.camera.info.height * block.probes;
@@ -95,6 +116,7 @@ Status shadow_bound_make(ShadowBound *out, const Frame *frame, float scale, Log 
 done:
   shadow_bound_free(&bound);
   shadow_doubt_free(&doubt);
+  shadow_maps_free(&finer);
   frame_free(&probing);
   free(offsets);
   return status;

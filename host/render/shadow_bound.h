@@ -15,15 +15,18 @@ typedef struct ShadowBound {
 // shadow ray that is spawned, directly or by reflections (cl/shade/shadow_doubt.cl, which has the derivation). So each
 // edge of a shadow counts where the camera sees it, in the cascade that is looked up there.
 //
-//   expected   the mean over the probes of the doubts of all their samples and lights, added, at most 1 (union bound)
+//   expected   the mean over the probes of the chance that one of their samples is wrong. A sample is wrong once:
+//              lights a and b are taken to fail apart from each other, 1 - (1 - a)(1 - b); samples are added, at most
+//              to 1
 //   bound      f (expected + z s): s is the standard error of that mean over the probes, z = 2.576 (99 %); f = 2 for
 //              SHADOWS_MAP, as an edge may lie as badly as it can all along; 1.35 for PCF and PCSS, for what is off
 //              beyond the ramp: thin casters, bent surfaces; how much that is was found by trial on those pictures
 //              and on `frugal stability --only projective-aliasing`
 //
 // `frame` is made, with maps in it (plan_uses_shadow_maps, not SHADOWS_HYBRID), and need not be rendered; `scale` is
-// what its radiance is multiplied by for display, INFINITY where that is not known. Where scale x what a light brings
-// is under the 2/255 that show on black, it is not missed. A light left out of the maps is traced and has no error.
+// what its radiance is multiplied by for display by sRGB, INFINITY where that is not known. Where scale x what a light
+// brings is under the 2/255 that show on black, or under half of it beside what other lights bring, it is not missed. A
+// light left out of the maps is traced and has no error.
 //
 // How good it is: boxes, shards, wires of 1 cm and balls on a floor, under a sun, a spot or a point light 0 to 75
 // degrees off the normal, maps of 64 to 2048 texels, 480 pictures a method: see tests/test_shadow_bound.c.
@@ -31,10 +34,12 @@ typedef struct ShadowBound {
 //   map, 1 sample a pixel    99.4 %      3.0, 1.9, 4.8
 //   map, 4 samples           99.4 %      3.3, 1.9, 4.6
 //   pcf, 1 to 7 texels       99.6 %      1.6, 1.4, 1.9
-//   pcss                     96 %        2.7, 1.8, 4.1
-// What is not covered is what shadow_doubt.cl says that it misses.
+//   pcss                     99.4 %      2.9, 2.0, 4.4
+// For PCSS finer maps of the same lights are drawn and asked as well (up to FINER_PX, or twice the size): without them
+// it was 96 %, for maps of 64 to 256 texels lose wires whose half-shadows are wide. What is not covered is what
+// shadow_doubt.cl says that it misses.
 //
-// Cost: that of 16 384 pixels more, 5 to 10 ms on a core, and once a process what two kernels take to load. Errors:
-// those of frame_make and frame_render.
+// Cost: that of 16 384 pixels twice, 10 to 20 ms on a core, for PCSS those finer maps, and once a process what two
+// kernels take to load. Errors: those of frame_make and frame_render.
 Status shadow_bound_make(ShadowBound *out, const Frame *frame, float scale, Log *log);
 void shadow_bound_free(ShadowBound *bound);

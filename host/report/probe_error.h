@@ -2,6 +2,8 @@
 // IMAGE_THRESHOLD in any displayed channel.
 #pragma once
 
+#include <stdbool.h>
+
 #include "plan/probes.h"
 #include "report/proportion.h"
 
@@ -11,6 +13,13 @@ typedef struct ProbeError {
   Proportion off, dark, light;
 } ProbeError;
 
-// Pictures: [height][width][4], as displayed, in [0, 1]. What is not finite is off. Errors: STATUS_NO_MEMORY.
-Status probe_error_make(ProbeError *out, const float *picture, const float *reference, uint32_t width,
-                        const ProbeSet *set, Log *log);
+// Pictures: [height][width][4], as displayed, in [0, 1]. What is not finite is off. `counted`, [height][width]: which
+// pixels are looked at; NULL: all. Errors: STATUS_NO_MEMORY.
+Status probe_error_make(ProbeError *out, const float *picture, const float *reference, const bool *counted,
+                        uint32_t width, const ProbeSet *set, Log *log);
+
+// Which pixels are at the edge of a shadow, of those in the probes: where the share of the direct light that arrives,
+// `lit` [height][width], differs by more than PROBE_EDGE from that of one of the eight neighbours in the same tile. So
+// do half-shadows up to 50 pixels wide, and the outlines of what is lit before what is not.
+#define PROBE_EDGE 0.02f
+void probe_edges(bool *out, const float *lit, uint32_t width, const ProbeSet *set);

@@ -1,5 +1,6 @@
 #include "scene/gltf_nodes.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -207,9 +208,15 @@ static Status light_add(NodeWalk *walk, int node_index)
   if (!(light.intensity >= 0) || !isfinite(light.intensity))
     return gltf_fail(gltf, STATUS_BAD_SCENE, GLTF_HINT_REPAIR, "the light '%.64s' has an intensity of %g", name,
                      (double)light.intensity);
+  Vec3 position = column(&world, 3);
+  double farthest = fmax(fmax(fabs(position.x), fabs(position.y)), fabs(position.z));
+  if (light.kind != LIGHT_DIRECTIONAL && !(farthest <= (double)FLT_MAX)) {
+    log_warn(gltf->log, "%s: the light '%.64s' is left out: it stands at infinity", gltf->path, name);
+    return STATUS_OK;
+  }
   light.outer_cone_rad = fmin(fmax(light.outer_cone_rad, 0), M_PI / 2);
   light.inner_cone_rad = fmin(fmax(light.inner_cone_rad, 0), light.outer_cone_rad);
-  light.position_world = column(&world, 3);
+  light.position_world = position;
   light.direction_world = vec3_unit_or(vec3_neg(column(&world, 2)), vec3(0, 0, -1));
   light.name = NULL;
   Light *out = &walk->scene->lights[walk->scene->light_count++];

@@ -24,7 +24,7 @@ _frugal_value()
     --methods) _frugal_words 'auto exact' "$2" ;;
     --primary) _frugal_words 'auto raster rays' "$2" ;;
     --environment-light) _frugal_words 'auto none ambient sh sh-ao sampled' "$2" ;;
-    --shadows) _frugal_words 'none map pcf pcss hybrid rays area' "$2" ;;
+    --shadows) _frugal_words 'none map pcf pcss hybrid rays area auto' "$2" ;;
     --reflections | --deep-reflections) _frugal_words 'none environment cube box impostor snapshot candidates mixed rays' "$2" ;;
     --cube-size | --near-radius) _frugal_words 'auto' "$2" ;;
     --background) _frugal_words 'environment transparent' "$2" ;;

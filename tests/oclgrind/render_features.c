@@ -200,7 +200,9 @@ static Status sure_maps_direct(Device *device, const DeviceScene *scene)
   TRY(buffer_create(&solid, device, solids.word_count * sizeof *solids.bits, solids.bits, "solid", &picture_log));
   TRY(raster_scene_make(&triangles, device, scene, &options, &picture_log));
   TRY(sure_raster_make(&raster, device, &triangles, &options, &picture_log));
-  TRY(sure_maps_draw(&maps, &raster, device, &triangles, &fit, &solid, true, &picture_log));
+  TRY(sure_maps_aim(&maps, device, &fit, 1, false, &picture_log));
+  TRY(sure_maps_settle(&maps, device, &picture_log));
+  TRY(sure_maps_draw(&maps, 0, &raster, device, &triangles, &solid, true, &picture_log));
   TRY(device_finish(device, &picture_log));
 
 done:
