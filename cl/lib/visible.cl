@@ -28,6 +28,23 @@ static inline float edge_of_block(float x, float y, float constant_0, float marg
   return constant_0 + (fabs(x) + fabs(y)) * (margin + 1.5f) + 1.5f * (x + y);
 }
 
+// Is every corner beyond the same side of the picture, by more than rounding takes (bounds_meet)? `far_off` is the
+// length of the longest.
+static inline bool corners_beside(constant RasterView *view, const float a[3][3], float far_off)
+{
+  const Float4 sides[4] = {view->x, row_sum(row_scaled(view->x, -1), (float)view->width, view->w), view->y,
+                           row_sum(row_scaled(view->y, -1), (float)view->height, view->w)};
+  for (int i = 0; i < 4; i++) {
+    Float4 p = sides[i];
+    float size = fabs(p.x) + fabs(p.y) + fabs(p.z);
+    float slack = 4 * RASTER_ROUNDING * (2 * size * far_off + fabs(p.w)) + size * view->error_m;
+    bool beside = true;
+    for (int k = 0; k < 3; k++) beside = beside && row_dot_one(p, a[k]) < -slack;
+    if (beside) return true;
+  }
+  return false;
+}
+
 // One lane that crosses the eye plane, comes close to it or reaches far out of the picture: bounds of its part beyond
 // half the near distance, and homogeneous edges.
 static inline void visible_hard(VisibleTriangle *out, uint lane, constant RasterView *view, const float a[3][3],
@@ -40,6 +57,10 @@ static inline void visible_hard(VisibleTriangle *out, uint lane, constant Raster
     w[i] = row_dot_one(view->w, a[i]);
     length[i] = sqrt(a[i][0] * a[i][0] + a[i][1] * a[i][1] + a[i][2] * a[i][2]);
     far_off = length[i] > far_off ? length[i] : far_off;
+  }
+  if (corners_beside(view, a, far_off)) {
+    LANE_INT(out->culled, lane) = -1;
+    return;
   }
   float cut = view->parallel ? 1 : 0.5f * view->near;
   float low_x = INFINITY, low_y = INFINITY, high_x = -INFINITY, high_y = -INFINITY;
