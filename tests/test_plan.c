@@ -110,7 +110,7 @@ static void deeper_bounces_have_a_method_of_their_own(void **state)
     settings.reflections = method;
     settings.deep_reflections = REFLECTIONS_LIKE_FIRST;
     plan = plan_make(&settings, &all);
-    bool lists = method >= REFLECTIONS_SNAPSHOT && method <= REFLECTIONS_MIXED;
+    bool lists = method == REFLECTIONS_SNAPSHOT || method == REFLECTIONS_CANDIDATES || method == REFLECTIONS_MIXED;
     assert_int_equal(plan_uses_lists(&plan), lists);
     assert_int_equal(plan_uses_cubes(&plan), lists || (method >= REFLECTIONS_CUBE && method <= REFLECTIONS_IMPOSTOR));
   }

@@ -99,11 +99,11 @@ static void what_is_not_in_the_plane_is_traced(void **state)
 static void planes_are_counted(void **state)
 {
   Scene tiles = room_scene(0), fan = room_scene(0);
-  int mirror = mirrors_material(&tiles, false);
+  int mirror = mirrors_material(&tiles, false), other = mirrors_material(&fan, false);
   for (int i = 0; i < 12; i++) {
     scene_add_quad(&tiles, mirror, vec3(0.2 * i - 1.2, -0.9, 1), vec3(0.18, 0, 0), vec3(0, 0, -1));
     double turn = 0.05 * i;
-    scene_add_quad(&fan, 7, vec3(0.3 * i - 1.8, -0.95, 0.2), vec3(0.28 * cos(turn), 0.28 * sin(turn), 0),
+    scene_add_quad(&fan, other, vec3(0.3 * i - 1.8, -0.95, 0.2), vec3(0.28 * cos(turn), 0.28 * sin(turn), 0),
                    vec3(0, 0, -1));
   }
   Camera camera = camera_perspective(vec3(0, 0.8, 2.5), vec3(0, -0.4, -0.5), 0.8);

@@ -14,7 +14,7 @@
 #include "support/effort.h"
 #include "support/mirrors.h"
 
-enum { WIDTH = 160, HEIGHT = 120, CASES = 480 };
+enum { WIDTH = 160, HEIGHT = 120, CASES = 480, TILES = 4 };
 
 static uint32_t random_state;
 
@@ -48,7 +48,13 @@ static Scene scene_random(Shape shape, double radius, double reach)
     const Vec3 low = {-wall, -wall, -wall}, x = {2 * wall, 0, 0}, y = {0, 2 * wall, 0}, z = {0, 0, 2 * wall};
     const Vec3 sides[6][3] = {{low, y, z}, {vec3_add(low, x), z, y}, {low, z, x}, {vec3_add(low, y), x, z},
                               {low, x, y}, {vec3_add(low, z), y, x}};
-    scene_add_quad(&scene, glow, sides[i][0], sides[i][1], sides[i][2]);
+    int dark = scene_add_material(&scene, material_glowing(vec3_scale(color, 0.5)));
+    for (int tile = 0; tile < TILES * TILES; tile++) {
+      int column = tile % TILES, row = tile / TILES;
+      Vec3 u = vec3_scale(sides[i][1], 1.0 / TILES), v = vec3_scale(sides[i][2], 1.0 / TILES);
+      Vec3 corner = vec3_add(sides[i][0], vec3_add(vec3_scale(u, column), vec3_scale(v, row)));
+      scene_add_quad(&scene, (column + row) % 2 ? dark : glow, corner, u, v);
+    }
   }
   for (int i = 0; i < 12; i++) {
     int glow =

@@ -7,9 +7,9 @@
 //                   drawn whole: what they hide wrongly is found out by planar_reflect
 //   planar_keep     the ids that a wave of the mirrored camera found: names [sample][tile][TILE_PIXELS]
 //   planar_reflect  reflected rays of mirrors in the plane: the exact hit of the ray itself on the triangle that its
-//                   sample names, with the bits that trace_closest gives; none where that sees nothing. A ray is left to
-//                   be traced that does not meet that triangle, or whose sample names one that is not opaque, or that
-//                   is not where the mirrored camera looks; with `others` those of mirrors without a plane as well
+//                   sample names, with the bits that trace_closest gives; none where that sees nothing. A ray is left
+//                   to be traced that does not meet that triangle, or whose sample names one that is not opaque, or
+//                   that is not where the mirrored camera looks; with `others` those of mirrors without a plane as well
 //
 //   Cost  raster of the scene once more for each plane, and a triangle test a ray; 4 bytes a sample of the picture.
 //   Exact but for rounding at the edges of what hides what, which here are those of a camera and not of the ray.

@@ -29,8 +29,8 @@ typedef struct Planar {
 Status planar_make(Planar *out, Device *device, const DeviceScene *scene, const uint32_t *plane_of_object, Log *log);
 void planar_free(Planar *planar);
 
-// Draws one more plane with `samples` a pixel: the mirrored camera's, whose pixels are those of a picture turned left for
-// right. `hits` is of `capacity`. Errors: those of raster_visibility_aim and buffer_create.
+// Draws one more plane with `samples` a pixel: the mirrored camera's, whose pixels are those of a picture turned left
+// for right. `hits` is of `capacity`. Errors: those of raster_visibility_aim and buffer_create.
 Status planar_draw(Planar *planar, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                    RasterVisibility *raster, const PlanarInfo *info, const CameraRays *mirrored, uint32_t samples,
                    const HitStream *hits, uint32_t capacity, Log *log);

@@ -15,8 +15,8 @@ static Vec3 direction_mirrored(const MirrorPlane *plane, Vec3 v)
   return vec3_sub(v, vec3_scale(plane->normal, 2 * vec3_dot(plane->normal, v)));
 }
 
-// Pixel x of the picture, in whole tiles, is pixel width - 1 - x of this one. Depths are as the camera has them, for what
-// the mirror shows is farther along the ray than the mirror.
+// Pixel x of the picture, in whole tiles, is pixel width - 1 - x of this one. Depths are as the camera has them, for
+// what the mirror shows is farther along the ray than the mirror.
 static CameraInfo camera_mirrored(const CameraInfo *camera, const MirrorPlane *plane)
 {
   CameraInfo info = *camera;

@@ -17,7 +17,7 @@ static const double threshold = 2.0 / 255, normal_99 = 2.576, bound_factor = 1.1
 static const double texel_share = 0.8;
 
 // Of what an outline smears, by what the impostor does not tell and trace: found by trial.
-static const double outline_share = 0.1;
+static const double outline_share = 0.006;
 
 // Sums over probes, of one reflector.
 typedef struct Sums {

@@ -35,7 +35,8 @@ typedef struct ReflectionBound {
 //           times 0.8: an edge is smeared over one (map resolution; for the impostor it is all there is)
 //   wrong   where the picture changes by more than 2/255 to a neighbour an edge lies between, and sweeps `shift` pixels
 //           (of both sides of it the greater); elsewhere the pixel is wrong where what it changes times `shift` is more
-//           than 2/255. Nine tenths of outlines the impostor traces. Environment: every ray that meets something is wrong
+//           than 2/255. Outlines the impostor traces, but for 0.6 % (by trial). Environment: every ray that meets
+//           something is wrong
 //
 // The mean over the probes is expected, no more than what shows the reflector; `bound` is 1.15 (expected + z s), s its
 // standard error over the probes, z = 2.576 (99 %): the rest of the factor is for what is hidden from the centre, and
