@@ -80,9 +80,10 @@ static void shadows_are_chosen_by_what_they_cost(void **state)
 static void reflections_by_maps_say_how_many_rays_they_answered(void **state)
 {
   json_error_t error;
-  CliRun run = cli_run("render", "scenes/room.glb", "-o", cli_path("r.png"), "-s", "160x90", "--reflections",
-                       "impostor", "--cube-size", "64", "--stats", "-", NULL);
-  cli_expect(&run, 0, "", __FILE__, __LINE__);
+  CliRun run =
+      cli_run("render", "scenes/room.glb", "-o", cli_path("r.png"), "-s", "160x90", "--reflections", "impostor",
+              "--cube-size", "64", "--max-roughness", "0", "--verify", "all", "--stats", "-", NULL);
+  cli_expect(&run, 0, "stated by reflection maps", __FILE__, __LINE__);
   json_t *stats = json_loads(run.out, 0, &error), *maps = json_member(stats, "reflection_maps");
   json_int_t rays = json_integer_value(json_member(maps, "rays")),
              traced = json_integer_value(json_member(maps, "traced"));
@@ -90,6 +91,39 @@ static void reflections_by_maps_say_how_many_rays_they_answered(void **state)
   assert_int_equal(json_integer_value(json_member(maps, "cubes")), 1);
   assert_int_equal(json_integer_value(json_array_get(json_member(maps, "size"), 0)), 64);
   if (rays < 200 || traced * 3 > rays) fail_msg("%d of %d rays are traced", (int)traced, (int)rays);
+  json_t *predicted = json_member(maps, "predicted"), *reflectors = json_member(predicted, "reflectors");
+  double off = json_real_value(json_member(json_member(json_member(stats, "verify"), "off"), "share"));
+  double bound = json_real_value(json_member(json_member(predicted, "impostor"), "bound"));
+  assert_int_equal(json_array_size(reflectors), 1);
+  assert_true(json_real_value(json_member(json_array_get(reflectors, 0), "share")) > 0.01);
+  assert_true(bound < json_real_value(json_member(json_member(predicted, "cube"), "bound")));
+  if (off > bound || bound > 10 * off) fail_msg("%g off, %g stated", off, bound);
+  json_decref(stats);
+  cli_free(&run);
+}
+
+// Hybrid reflections say when rays are quicker, and planar ones what is flat.
+static void exact_reflections_say_what_they_are_made_of(void **state)
+{
+  json_error_t error;
+  CliRun run = cli_run("render", "scenes/room.glb", "-o", cli_path("h.png"), "-s", "160x90", "--reflections", "hybrid",
+                       "--max-roughness", "0", "--stats", "-", NULL);
+  cli_expect(&run, 0, "", __FILE__, __LINE__);
+  json_t *stats = json_loads(run.out, 0, &error), *maps = json_member(stats, "reflection_maps");
+  assert_int_equal(json_integer_value(json_member(maps, "without_gain")), 1);
+  assert_int_equal(json_integer_value(json_member(maps, "cubes")), 0);
+  json_t *ms = json_member(maps, "predicted_ms");
+  assert_true(json_real_value(json_member(ms, "hybrid")) > json_real_value(json_member(ms, "rays")));
+  json_decref(stats);
+  cli_free(&run);
+  run = cli_run("render", "scenes/field.glb", "-o", cli_path("p.png"), "-s", "160x90", "--camera", "hill",
+                "--reflections", "planar", "--max-roughness", "0", "--stats", "-", NULL);
+  cli_expect(&run, 0, "", __FILE__, __LINE__);
+  stats = json_loads(run.out, 0, &error);
+  json_t *flat = json_member(stats, "flat_mirrors");
+  json_int_t rays = json_integer_value(json_member(flat, "rays"));
+  assert_int_equal(json_integer_value(json_member(flat, "planes")), 1);
+  assert_true(rays > 300 && json_integer_value(json_member(flat, "traced")) * 20 < rays);
   json_decref(stats);
   cli_free(&run);
 }
@@ -168,6 +202,7 @@ int main(void)
       cmocka_unit_test(reports_are_json_and_a_table),
       cmocka_unit_test(hybrid_shadows_trace_few_rays_and_say_how_many),
       cmocka_unit_test(shadows_are_chosen_by_what_they_cost),
+      cmocka_unit_test(exact_reflections_say_what_they_are_made_of),
       cmocka_unit_test(reflections_by_maps_say_how_many_rays_they_answered),
       cmocka_unit_test(what_is_near_a_mirror_is_named_with_its_method),
       cmocka_unit_test(shadow_maps_state_their_error),

@@ -311,14 +311,16 @@ static void help_and_cameras_need_no_output(void **state)
 
 static void reflection_options_are_checked(void **state)
 {
-  static const char *const words[] = {"none",     "environment", "cube",  "box", "impostor",
-                                      "snapshot", "candidates",  "mixed", "rays"};
+  static const char *const words[] = {"none",   "environment", "cube",  "box",    "impostor", "snapshot",
+                                      "planar", "candidates",  "mixed", "hybrid", "rays"};
   char text[128];
-  for (int i = 0; i < 9; i++) {
-    snprintf(text, sizeof text, "--reflections %s --deep-reflections %s --cube-size 256", words[i], words[8 - i]);
+  const int count = sizeof words / sizeof *words;
+  for (int i = 0; i < count; i++) {
+    snprintf(text, sizeof text, "--reflections %s --deep-reflections %s --cube-size 256", words[i],
+             words[count - 1 - i]);
     RenderOptions o = parsed(text);
     assert_string_equal(reflections_name(o.settings.reflections), words[i]);
-    assert_string_equal(reflections_name(o.settings.deep_reflections), words[8 - i]);
+    assert_string_equal(reflections_name(o.settings.deep_reflections), words[count - 1 - i]);
     assert_int_equal(o.settings.cubes.size_px, 256);
   }
   assert_true(parsed("--near-radius 2.5").settings.cubes.near_radius_m == 2.5f);

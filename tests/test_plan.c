@@ -110,7 +110,7 @@ static void deeper_bounces_have_a_method_of_their_own(void **state)
     settings.reflections = method;
     settings.deep_reflections = REFLECTIONS_LIKE_FIRST;
     plan = plan_make(&settings, &all);
-    bool lists = method >= REFLECTIONS_SNAPSHOT && method <= REFLECTIONS_MIXED;
+    bool lists = method == REFLECTIONS_SNAPSHOT || method == REFLECTIONS_CANDIDATES || method == REFLECTIONS_MIXED;
     assert_int_equal(plan_uses_lists(&plan), lists);
     assert_int_equal(plan_uses_cubes(&plan), lists || (method >= REFLECTIONS_CUBE && method <= REFLECTIONS_IMPOSTOR));
   }
@@ -176,9 +176,30 @@ static void shadow_costs_are_about_those_measured(void **state)
   }
 }
 
+// What is random would be noise in a map: then hybrid reflections are rays. They show rough surfaces as rays do.
+static void hybrid_reflections_are_rays_where_chance_rules(void **state)
+{
+  RenderSettings settings = settings_of(1);
+  settings.reflections = REFLECTIONS_HYBRID;
+  settings.max_roughness = 0;
+  settings.environment_light = ENVIRONMENT_LIGHT_SH;
+  Plan plan = plan_make(&settings, &all);
+  assert_true(plan.reflections == REFLECTIONS_HYBRID && plan.deep_reflections == REFLECTIONS_HYBRID);
+  settings.max_roughness = 1;
+  plan = plan_make(&settings, &all);
+  assert_true(plan.reflections == REFLECTIONS_RAYS && plan.max_roughness == 1);
+  settings.max_roughness = 0;
+  settings.shadows = SHADOWS_AREA;
+  assert_int_equal(plan_make(&settings, &all).reflections, REFLECTIONS_RAYS);
+  settings.shadows = SHADOWS_MAP;
+  settings.environment_light = ENVIRONMENT_LIGHT_SAMPLED;
+  assert_int_equal(plan_make(&settings, &all).deep_reflections, REFLECTIONS_RAYS);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(hybrid_reflections_are_rays_where_chance_rules),
       cmocka_unit_test(deeper_bounces_have_a_method_of_their_own),
       cmocka_unit_test(hybrid_shadows_are_chosen_where_they_gain),
       cmocka_unit_test(shadow_costs_are_about_those_measured),

@@ -13,8 +13,8 @@
 // which holds the whole object, misses it for sure; what comes from there is on a side that the snapshot did not see.
 //
 //   Cost  4 bytes a stride, up to size / 2 of them, and 64 a texel of the way.
-//   Fails where no texel saw a thing, and where the reflector shows itself from hollows of less than HULL_SLACK of the
-//         distance from its centre.
+//   Fails where no texel saw a thing, and where the reflector shows itself from hollows of less than the slack
+//         (HULL_SLACK) of the distance from its centre.
 //   From  Szirmay-Kalos, Aszodi, Lazanyi, Premecz, "Approximate Ray-Tracing on the GPU with Distance Impostors", 2005;
 //         Vucurevich, "Achieving Real Time Ray Tracing Effects Through GPGPU Acceleration", 2007 (snapshots).
 
@@ -86,13 +86,13 @@ typedef struct MarchMap {
   global const float *cells;
   global const float *hull;  // of a cube, or 0
   global const float *back;  // of a snapshot
-  float texels_rad;
+  float texels_rad, hull_slack;
 } MarchMap;
 
 static inline MarchMap march_map_of_cube(global const CubeInfo *cube, global const float4 *texels,
                                          global const float *cells, global const float *hull)
 {
-  MarchMap map = {cube, 0, texels, cells, hull, 0, (float)cube->size * 0.6366198f};  // size a quarter turn
+  MarchMap map = {cube, 0, texels, cells, hull, 0, (float)cube->size * 0.6366198f, HULL_SLACK};  // size a quarter turn
   return map;
 }
 
@@ -215,6 +215,19 @@ static inline int march_stride(Meeting *at, int state, CubeArc arc, float2 angle
   return seen && !is_uneven(map_depth(map, at->place)) ? MARCH_HIT : MARCH_UNSURE;
 }
 
+// Does the ray go under the reflector's own surface after `angle` within CUBE_STRIDE turns?
+static inline bool hull_is_met(CubeArc arc, float2 angle, MarchWay way, const MarchMap *map)
+{
+  CubePlace place;
+  for (int i = 0; i < CUBE_STRIDE; i++) {
+    angle = turned(angle, way.turn);
+    if (is_past(angle, way.end)) return false;
+    float closeness = arc_closeness(&place, arc, angle, map);
+    if (hull_holds(map->hull, place, closeness, map->hull_slack)) return true;
+  }
+  return false;
+}
+
 // Follows a ray. HIT: *at is where; UNSURE; else nothing was met, and at->place is that of the end.
 static inline int march(Meeting *at, const MarchMap *map, CubeArc arc, MarchWay way)
 {
@@ -229,8 +242,7 @@ static inline int march(Meeting *at, const MarchMap *map, CubeArc arc, MarchWay 
     if (ends) next = way.end;
     float ahead = arc_closeness(&at->place, arc, next, map), cell_ahead = map_cell(map, at->place);
     if (ends && way.endless) ahead = 0;
-    if (map->hull && ahead > map->cube->hull_least && hull_holds(map->hull, at->place, ahead, HULL_SLACK))
-      return MARCH_UNSURE;
+    if (map->hull && ahead > map->cube->hull_least && hull_is_met(arc, angle, way, map)) return MARCH_UNSURE;
     if (min(closeness, ahead) < max(cell, cell_ahead)) {
       Meeting here = {at->place, next};
       state = march_stride(&here, state, arc, angle, way, map);

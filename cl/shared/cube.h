@@ -13,16 +13,25 @@
 typedef struct CubeInfo {
   Float3 center;     // world space
   Float3 low, high;  // box that the reflector's surroundings are taken to be, relative to the centre
+  float reach_m;     // of the reflector from its centre, along the axis along which that is farthest; above 0
   uint size;         // texels a side, a multiple of 8
   uint first_texel;  // of its faces among those of all cubes
   uint object;       // the reflector
-  float hull_least;  // least closeness of its surface: what is farther away is outside of it
+  float hull_least;  // least closeness of its surface: what is farther away is outside of it; INFINITY: it is convex
 } CubeInfo;
-SHARED_SIZE(CubeInfo, 52);
+SHARED_SIZE(CubeInfo, 56);
 
-// Besides, of cubes that are marched through: closeness of the reflector's own outermost surface, CUBE_NO_HULL where it
-// has none.
+// Besides, of cubes that are marched through, unless the reflector is convex: closeness of the reflector's own
+// outermost surface, CUBE_NO_HULL where it has none.
 #define CUBE_NO_HULL 1e30f
+
+// Of cubes that hybrid reflections ask, two floats by texel: how far the radiance between it and its neighbours to the
+// right and below may be off by interpolation, and by how much it changes if it is seen from as far beside the centre
+// as the reflector reaches; INFINITY where that may be anything. And the name of what a texel shows: a triangle's id,
+// or CUBE_NAMELESS where that is nothing; with CUBE_STEPPED where closeness about it and those neighbours is not that
+// of one surface.
+#define CUBE_NAMELESS 0x7fffffffu
+#define CUBE_STEPPED 0x80000000u
 
 // And by cells of CUBE_CELL x CUBE_CELL texels of a face, row by row: the greatest closeness of the cell and of what
 // lies within CUBE_STRIDE texels of it on the face.
@@ -37,5 +46,6 @@ SHARED_SIZE(CubeInfo, 52);
 #define REFLECT_BY_CUBE 1u
 #define REFLECT_BY_BOX 2u
 #define REFLECT_BY_IMPOSTOR 3u
+#define REFLECT_BY_HYBRID 4u
 
 #endif

@@ -154,7 +154,8 @@ static Status read_verify(void *field, const Option *option, const char *text, L
 }
 
 #define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
-#define REFLECTIONS WORDS("none", "environment", "cube", "box", "impostor", "snapshot", "candidates", "mixed", "rays")
+#define REFLECTIONS \
+  WORDS("none", "environment", "cube", "box", "impostor", "snapshot", "planar", "candidates", "mixed", "hybrid", "rays")
 #define FIELD(name) .field = offsetof(RenderOptions, name)
 
 static const Option render_options[] = {
@@ -222,11 +223,12 @@ static const Option render_options[] = {
     {"light-angle", 0, "DEGREES", option_read_radians, FIELD(settings.shadow_options.light_angle_rad), .high = 45,
      .help = "half of what a directional light subtends, for pcss and\narea (0; the sun has 0.27)"},
     {"reflections", 0, "METHOD", read_reflections, FIELD(settings.reflections), .words = REFLECTIONS,
-     .help = "what mirrors show: none, environment, cube, box, impostor,\nsnapshot, candidates, mixed, or rays (rays)"},
+     .help = "what mirrors show: none, environment, cube, box, impostor,\nsnapshot, planar, candidates, mixed, hybrid, "
+             "or rays (rays)"},
     {"deep-reflections", 0, "METHOD", read_reflections, FIELD(settings.deep_reflections), .words = REFLECTIONS,
-     .help =
-         "what mirrors in mirrors show: none, environment, cube, box,\nimpostor, snapshot, candidates, mixed, or rays "
-         "(as --reflections)"},
+     .help = "what mirrors in mirrors show: none, environment, cube, box,\nimpostor, snapshot, planar, candidates, "
+             "mixed, hybrid, or rays\n"
+             "(as --reflections)"},
     {"cube-size", 0, "N", read_cube_size, FIELD(settings.cubes.size_px), .low = 8, .high = 2048,
      .help = "texels a side of cube maps, or auto: as pixels of the\nreflector (auto)"},
     {"near-radius", 0, "M", read_near_radius, FIELD(settings.cubes.near_radius_m), .high = 1e9,

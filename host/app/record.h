@@ -7,6 +7,7 @@
 #include "app/verify.h"
 #include "device_scene/device_scene.h"
 #include "passes/raster_visibility.h"
+#include "render/reflection_bound.h"
 #include "render/shadow_bound.h"
 
 // One line that reads as the options that make the picture again, whatever was left to defaults spelt out: scene and
@@ -26,7 +27,8 @@ typedef struct RecordSources {
   const RasterCost *raster;         // NULL where rays found what the camera sees
   const Frame *frame;               // its shadow maps
   const ShadowBound *shadow_bound;  // NULL: there is none
-  const VerifyResult *verify;       // NULL: nothing was verified
+  const ReflectionBound *reflection_bound;
+  const VerifyResult *verify;  // NULL: nothing was verified
   double total_ms;
 } RecordSources;
 

@@ -34,6 +34,7 @@ typedef struct Job {
   SceneFacts facts;
   Plan plan;
   ShadowBound shadow_bound;
+  ReflectionBound reflection_bound;
   VerifyResult verify;
   float exposure_ev;
   char *record;
@@ -46,6 +47,7 @@ typedef struct Job {
 static void job_free(Job *job)
 {
   shadow_bound_free(&job->shadow_bound);
+  reflection_bound_free(&job->reflection_bound);
   frame_free(&job->frame);
   device_scene_free(&job->device_scene);
   warm_up_end(job->warm_up);
@@ -191,6 +193,29 @@ static Status memory_check(const RenderOptions *options, Log *log)
   return STATUS_OK;
 }
 
+// Says what maps may get wrong, before anything is rendered.
+static Status errors_bound(Job *job)
+{
+  Status status = STATUS_OK;
+  const RenderOptions *options = &job->options;
+  const bool known = !options->exposure.is_auto && options->picture.tone == TONE_CURVE_NONE;
+  const float scale = known ? exp2f(options->exposure.ev) : INFINITY;
+  double begin_ms = clock_ms();
+  if (plan_uses_shadow_maps(&job->plan) && job->plan.shadows != SHADOWS_HYBRID) {
+    TRY(shadow_bound_make(&job->shadow_bound, &job->frame, scale, job->log));
+    timeline_end(&job->timeline, "bound the shadow maps' error", begin_ms);
+  }
+  begin_ms = clock_ms();
+  if (reflections_use_maps(job->plan.reflections)) {
+    TRY(reflection_bound_make(&job->reflection_bound, &job->frame,
+                              options->exposure.is_auto ? 1 : exp2f(options->exposure.ev), job->log));
+    timeline_end(&job->timeline, "bound the reflections' error", begin_ms);
+  }
+
+done:
+  return status;
+}
+
 static Status frame_prepare(Job *job)
 {
   Status status = STATUS_OK;
@@ -215,22 +240,29 @@ static Status frame_prepare(Job *job)
       .seed = options->seed,
       .aovs = aov_set_of(options->picture.aovs),
       .flat_background = options->background.kind != BACKGROUND_ENVIRONMENT,
+      .exposure_ev = options->exposure.is_auto ? INFINITY : options->exposure.ev,
       .progress = progress_choose(options),
       .progress_context = job,
   };
   double begin_ms = clock_ms();
   TRY(frame_make(&job->frame, job->device, &job->device_scene, &request, job->log));
   timeline_end(&job->timeline, "prepare the frame", begin_ms);
-  bool in_doubt = plan_uses_shadow_maps(&job->plan) && job->plan.shadows != SHADOWS_HYBRID;
-  if (!in_doubt || !(options->stats_path || verify_is_wanted(options))) goto done;
-  begin_ms = clock_ms();
-  bool known = !options->exposure.is_auto && options->picture.tone == TONE_CURVE_NONE;
-  float scale = known ? exp2f(options->exposure.ev) : INFINITY;
-  TRY(shadow_bound_make(&job->shadow_bound, &job->frame, scale, job->log));
-  timeline_end(&job->timeline, "bound the shadow maps' error", begin_ms);
+  if (options->stats_path || verify_is_wanted(options)) TRY(errors_bound(job));
 
 done:
   return status;
+}
+
+// What was said of the first reflection's rung before the picture was rendered; NULL: nothing.
+static const BoundShare *reflections_stated(const Job *job)
+{
+  switch (job->plan.reflections) {
+    case REFLECTIONS_ENVIRONMENT: return &job->reflection_bound.rungs[BOUND_ENVIRONMENT];
+    case REFLECTIONS_CUBE: return &job->reflection_bound.rungs[BOUND_CUBE];
+    case REFLECTIONS_BOX: return &job->reflection_bound.rungs[BOUND_BOX];
+    case REFLECTIONS_IMPOSTOR: return &job->reflection_bound.rungs[BOUND_IMPOSTOR];
+    default: return NULL;
+  }
 }
 
 static Status picture_save(Job *job)
@@ -254,7 +286,8 @@ static Status picture_save(Job *job)
   if (!verify_is_wanted(options)) goto done;
   double begin_ms = clock_ms();
   TRY(verify_picture(&job->verify, &(VerifySources){options, &job->facts, &job->frame, &picture}, job->log));
-  verify_say(&job->verify, job->shadow_bound.lights ? &job->shadow_bound : NULL, options->output_path, job->log);
+  verify_say(&job->verify, job->shadow_bound.lights ? &job->shadow_bound : NULL, reflections_stated(job),
+             options->output_path, job->log);
   timeline_end(&job->timeline, "verify", begin_ms);
 
 done:
@@ -311,6 +344,7 @@ static Status reports_write(const Job *job)
     stats = record_stats(&(RecordSources){options, job->record, job->exposure_ev, &job->device_scene, job->device,
                                           &job->plan, &job->timeline, raster ? &cost : NULL, &job->frame,
                                           job->shadow_bound.lights ? &job->shadow_bound : NULL,
+                                          job->reflection_bound.reflectors ? &job->reflection_bound : NULL,
                                           verify_is_wanted(options) ? &job->verify : NULL, total_ms});
     TRY(json_write(options->stats_path, stats, job->log));
   }

@@ -121,10 +121,11 @@ done:
   return status;
 }
 
-void verify_say(const VerifyResult *result, const ShadowBound *bound, const char *path, Log *log)
+void verify_say(const VerifyResult *result, const ShadowBound *bound, const BoundShare *reflections, const char *path,
+                Log *log)
 {
   const Proportion *off = &result->error.off;
-  char how[160], shadows[256] = "", noise[96] = "";
+  char how[160], shadows[256] = "", mirrors[64] = "", noise[96] = "";
   if (result->all)
     snprintf(how, sizeof how, "all %llu traced", (unsigned long long)result->error.pixels);
   else
@@ -137,9 +138,10 @@ void verify_say(const VerifyResult *result, const ShadowBound *bound, const char
              100 * result->edges.light.share, (unsigned long long)result->edges.pixels);
   size_t length = strlen(shadows);
   if (bound) snprintf(shadows + length, sizeof shadows - length, ", %.3g %% stated by their maps", 100 * bound->bound);
+  if (reflections) snprintf(mirrors, sizeof mirrors, "; %.3g %% stated by reflection maps", 100 * reflections->bound);
   if (result->noise > 0) snprintf(noise, sizeof noise, "; %.3g %% by the reference's own noise", 100 * result->noise);
-  log_info(log, "%s: %.3g %% of the pixels are off by more than 2/255 (%s)%s%s", path, 100 * off->share, how, shadows,
-           noise);
+  log_info(log, "%s: %.3g %% of the pixels are off by more than 2/255 (%s)%s%s%s", path, 100 * off->share, how, shadows,
+           mirrors, noise);
 }
 
 static json_t *proportion_json(const Proportion *p)

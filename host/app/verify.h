@@ -4,6 +4,7 @@
 #include <jansson.h>
 
 #include "app/options.h"
+#include "render/reflection_bound.h"
 #include "render/shadow_bound.h"
 #include "report/probe_error.h"
 
@@ -32,7 +33,8 @@ enum { VERIFY_SAMPLES = 256 };
 // Errors: those of rendering.
 Status verify_picture(VerifyResult *out, const VerifySources *sources, Log *log);
 
-// A line for people, with what the maps stated where `bound` is not NULL; and what --stats holds (NULL when out of
-// memory).
-void verify_say(const VerifyResult *result, const ShadowBound *bound, const char *path, Log *log);
+// A line for people, with what shadow maps and those of reflections stated where that is not NULL; and what --stats
+// holds (NULL when out of memory).
+void verify_say(const VerifyResult *result, const ShadowBound *bound, const BoundShare *reflections, const char *path,
+                Log *log);
 json_t *verify_json(const VerifyResult *result);

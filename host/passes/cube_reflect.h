@@ -2,7 +2,7 @@
 #pragma once
 
 #include "device_scene/device_scene.h"
-#include "passes/ray_stream.h"
+#include "passes/known_hits.h"
 #include "plan/plan.h"
 #include "shared/cube.h"
 
@@ -12,19 +12,22 @@ typedef struct CubeReflect {
   DeviceBuffer cube_of_object;  // uint, [object_count]; CUBE_NONE
   DeviceBuffer texels;          // Float4 (shared/cube.h), of all cubes
   DeviceBuffer hull, cells;     // float, the same; empty where no method reads them
-  DeviceBuffer count;
+  DeviceBuffer doubts;          // float2, the same; empty but for hybrid reflections
+  DeviceBuffer names;           // uint, the same
+  DeviceBuffer counts;          // of rays that are left and that are named
   uint32_t cube_count;
-  uint64_t looked_up, left;  // rays so far: asked, and left to be traced
+  float scale, allowed;              // for hybrid reflections: of radiance for display, and how far off that may be
+  uint64_t looked_up, left, shaded;  // rays so far: asked, left to be traced, and to be shaded alone
 } CubeReflect;
 
-// With `marched` there are hull and cells. `cubes` and `cube_of_object` may be NULL where there are none. The texels
-// are zero.
+// With `marched` there are hull and cells, with `doubted` doubts and names. `cubes` and `cube_of_object` may be NULL
+// where there are none. The texels are zero.
 Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
-                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, Log *log);
+                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, bool doubted, Log *log);
 void cube_reflect_free(CubeReflect *reflect);
 
-// Adds to radiance[slot] what the method's map shows of rays [0, count) and copies the rays that it leaves to `left`,
-// whose number is *left_count. The method is one of those that use maps.
+// Adds to radiance[slot] what the method's map shows of rays [0, count) and copies the rays that it leaves to `left`
+// and to `known`. The method is one of those that use maps.
 Status cube_reflect(CubeReflect *reflect, Device *device, const DeviceScene *scene, ReflectionMethod method,
                     const RayStream *rays, uint32_t count, const DeviceBuffer *radiance, const RayStream *left,
-                    uint32_t *left_count, Log *log);
+                    const KnownHits *known, LeftRays *out, Log *log);

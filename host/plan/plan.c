@@ -17,16 +17,29 @@ static EnvironmentLightMethod environment_light_choose(const RenderSettings *set
 
 const char *reflections_name(ReflectionMethod method)
 {
-  static const char *const names[] = {"like-first", "none",     "environment", "cube",  "box",
-                                      "impostor",   "snapshot", "candidates",  "mixed", "rays"};
+  static const char *const names[] = {"like-first", "none",   "environment", "cube",  "box",    "impostor",
+                                      "snapshot",   "planar", "candidates",  "mixed", "hybrid", "rays"};
   return names[method];
+}
+
+// Maps hold few samples: what is random would have noise in them that rays do not have.
+static ReflectionMethod reflections_choose(ReflectionMethod asked, const RenderSettings *settings, bool lobes,
+                                           EnvironmentLightMethod environment_light)
+{
+  bool by_chance = lobes || settings->shadows == SHADOWS_AREA || environment_light == ENVIRONMENT_LIGHT_SH_AO;
+  return asked == REFLECTIONS_HYBRID && by_chance ? REFLECTIONS_RAYS : asked;
+}
+
+static bool shows_less_than_rays(ReflectionMethod method)
+{
+  return reflections_use_maps(method) && method != REFLECTIONS_HYBRID;
 }
 
 static float max_roughness_choose(const RenderSettings *settings, const SceneFacts *facts)
 {
   float most = settings->max_roughness;
   if (settings->lighting != LIGHTING_PBR) return 0;
-  if (most < 0 && reflections_use_maps(settings->reflections)) most = 0;
+  if (most < 0 && shows_less_than_rays(settings->reflections)) most = 0;
   if (most < 0) most = samples_pay(settings) || settings->environment_light == ENVIRONMENT_LIGHT_SAMPLED ? 1 : 0;
   return facts->least_roughness <= most ? most : 0;
 }
@@ -61,9 +74,15 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
   ShadowChoice shadows = shadows_choose(settings, facts);
   bool reflect =
       settings->reflections > REFLECTIONS_NONE && settings->max_depth > 0 && (facts->has_mirrors || max_roughness > 0);
+  bool lobes = environment_light == ENVIRONMENT_LIGHT_SAMPLED || (reflect && max_roughness > 0);
   ReflectionMethod first = reflect ? settings->reflections : REFLECTIONS_NONE;
   ReflectionMethod deep = settings->deep_reflections == REFLECTIONS_LIKE_FIRST ? first : settings->deep_reflections;
   if (!reflect) deep = REFLECTIONS_NONE;
+  // Cubes beside which something is listed do not show all.
+  if (first == REFLECTIONS_HYBRID && reflections_use_lists(deep)) first = REFLECTIONS_RAYS;
+  if (deep == REFLECTIONS_HYBRID && reflections_use_lists(first)) deep = REFLECTIONS_RAYS;
+  first = reflections_choose(first, settings, lobes, environment_light);
+  deep = reflections_choose(deep, settings, lobes, environment_light);
   uint32_t depths = reflect ? settings->max_depth : 0;
   if (deep == REFLECTIONS_NONE && depths > 1) depths = 1;
   CubeOptions cubes = settings->cubes;
@@ -80,7 +99,7 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
       .reflections = first,
       .deep_reflections = deep,
       .cubes = cubes,
-      .lobes = environment_light == ENVIRONMENT_LIGHT_SAMPLED || (reflect && max_roughness > 0),
+      .lobes = lobes,
       .transmitted_rays = facts->has_blends,
       .environment_light = environment_light,
       .max_roughness = reflect ? max_roughness : 0,

@@ -46,26 +46,28 @@ typedef enum ReflectionMethod {
   // The same for what is far; what is near the reflector is left out of the cube map and kept in a list
   // (plan/near_list.h): photographed from the cube's centre, object by object, and found in these pictures;
   REFLECTIONS_SNAPSHOT,
-  REFLECTIONS_CANDIDATES,  // traced, it and the reflector alone;
+  REFLECTIONS_PLANAR,      // flat mirrors: the scene drawn once more from behind the mirror (render/planar.h)
+  REFLECTIONS_CANDIDATES,  // as SNAPSHOT, but what is listed is traced, it and the reflector alone;
   REFLECTIONS_MIXED,       // or photographed if it has many triangles, and traced if it has few: the 2007 system's
+  REFLECTIONS_HYBRID,      // what the cube map surely shows, rays for the rest: the picture of rays to the eye
   REFLECTIONS_RAYS,
 } ReflectionMethod;
 
 static inline bool reflections_use_cubes(ReflectionMethod method)
 {
-  return method >= REFLECTIONS_CUBE && method <= REFLECTIONS_MIXED;
+  return method >= REFLECTIONS_CUBE && method <= REFLECTIONS_HYBRID && method != REFLECTIONS_PLANAR;
 }
 
 // Are there lists of what is near the cubes' centres?
 static inline bool reflections_use_lists(ReflectionMethod method)
 {
-  return method >= REFLECTIONS_SNAPSHOT && method <= REFLECTIONS_MIXED;
+  return method == REFLECTIONS_SNAPSHOT || method == REFLECTIONS_CANDIDATES || method == REFLECTIONS_MIXED;
 }
 
 // Are there maps that answer reflected rays?
 static inline bool reflections_use_maps(ReflectionMethod method)
 {
-  return method >= REFLECTIONS_ENVIRONMENT && method <= REFLECTIONS_MIXED;
+  return method == REFLECTIONS_ENVIRONMENT || reflections_use_cubes(method);
 }
 
 // "none", "environment", ...
@@ -176,6 +178,13 @@ static inline bool plan_uses_cubes(const Plan *plan)
 static inline bool plan_uses_lists(const Plan *plan)
 {
   return reflections_use_lists(plan->reflections) || reflections_use_lists(plan->deep_reflections);
+}
+
+// Are there reflected rays of which maps know what they hit?
+static inline bool plan_knows_hits(const Plan *plan)
+{
+  return plan->reflections == REFLECTIONS_HYBRID || plan->deep_reflections == REFLECTIONS_HYBRID ||
+         plan->reflections == REFLECTIONS_PLANAR;
 }
 
 // What answers rays that have been reflected `depth` times, 1 being the first.

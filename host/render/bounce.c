@@ -70,6 +70,7 @@ static uint32_t environment_light_of(EnvironmentLightMethod method)
 static ReflectionMethod reflections_of(const Frame *frame, uint32_t depth)
 {
   ReflectionMethod method = plan_reflections(&frame->request.plan, depth);
+  if (method == REFLECTIONS_PLANAR && (depth > 1 || frame->planar.count == 0)) return REFLECTIONS_RAYS;
   return reflections_use_cubes(method) && frame->cube_reflect.cube_count == 0 ? REFLECTIONS_RAYS : method;
 }
 
@@ -79,7 +80,13 @@ static Coherence coherence_of(const Frame *frame, uint32_t depth)
   return depth < coherent_bounces ? RAYS_COHERENT : RAYS_INCOHERENT;
 }
 
-static ShadeInfo shade_info(const Frame *frame, const Wave *wave, const Bounce *bounce)
+// Is something asked that must know where rays start?
+static bool reflections_ask(ReflectionMethod method)
+{
+  return reflections_use_maps(method) || method == REFLECTIONS_PLANAR;
+}
+
+ShadeInfo bounce_shade_info(const Frame *frame, const Wave *wave, const Bounce *bounce)
 {
   const uint32_t depth = bounce->depth;
   const FrameRequest *request = &frame->request;
@@ -107,7 +114,7 @@ static ShadeInfo shade_info(const Frame *frame, const Wave *wave, const Bounce *
       .environment_open = frame->shader.environment_segments - 1,
       .environment_table = by_image,
       .random_key = bounce->path,
-      .receivers = reflections_use_maps(reflections_of(frame, depth + 1)),
+      .receivers = request->sights || reflections_ask(reflections_of(frame, depth + 1)),
       .first_tile = wave->first_tile,
       .tile_count = wave->tile_count,
       .first_sample = wave->first_sample,
@@ -158,10 +165,8 @@ static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_
                    coherence, "trace shadow rays", log);
 }
 
-// Shades a bounce by batches of lights, tracing each light's shadow rays in the lights' order. counts: what was
-// spawned.
-static Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t count, const ShadeInfo *info,
-                           Coherence coherence, uint32_t counts[STREAM_COUNTS], Log *log)
+Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t count, const ShadeInfo *info,
+                    Coherence coherence, uint32_t counts[STREAM_COUNTS], Log *log)
 {
   Status status = STATUS_OK;
   ShadeInfo batch = *info;
@@ -196,7 +201,7 @@ static Status aov_shadow(Frame *frame, const ShadeStreams *streams, const Wave *
 {
   Status status = STATUS_OK;
   uint32_t unused[STREAM_COUNTS], rays = wave_rays(wave);
-  ShadeInfo info = shade_info(frame, wave, bounce), shadowed;
+  ShadeInfo info = bounce_shade_info(frame, wave, bounce), shadowed;
   info.reflect = info.environment_light = info.environment_table = 0;
   shadowed = info;
   info.cast_shadows = 0;
@@ -270,24 +275,39 @@ done:
 }
 
 // Answers reflected rays by maps, as far as the method for their depth has any; what is left takes the bounce's place.
-static Status reflections_look_up(Frame *frame, Bounce *bounce, Listed *listed, Log *log)
+static Status reflections_look_up(Frame *frame, const Wave *wave, Bounce *bounce, Listed *listed, Log *log)
 {
   Status status = STATUS_OK;
   ReflectionMethod method = reflections_of(frame, bounce->depth);
+  LeftRays counts = {0};
   RayStream *left;
   *listed = (Listed){&frame->no_rays, 0};
-  if (!bounce->reflected || !reflections_use_maps(method)) return STATUS_OK;
+  if (!bounce->reflected || !reflections_ask(method)) return STATUS_OK;
   TRY(stream_take(&left, frame, true, log));
-  if (frame->near_reflect.cube_count > 0 && reflections_use_cubes(method))
-    TRY(reflections_look_near(frame, bounce, method, left, &bounce->count, listed, log));
+  if (method == REFLECTIONS_PLANAR)
+    TRY(planar_reflect(&frame->planar, frame->device, frame->scene, wave, bounce->rays, bounce->count, left,
+                       &frame->known_hits, &counts, log));
+  else if (frame->near_reflect.cube_count > 0 && reflections_use_cubes(method))
+    TRY(reflections_look_near(frame, bounce, method, left, &counts.traced, listed, log));
   else
     TRY(cube_reflect(&frame->cube_reflect, frame->device, frame->scene, method, bounce->rays, bounce->count,
-                     &frame->radiance, left, &bounce->count, log));
+                     &frame->radiance, left, &frame->known_hits, &counts, log));
   stream_give_back(frame, bounce->rays);
   bounce->rays = left;
+  bounce->count = counts.traced;
+  bounce->known = counts.known;
 
 done:
   return status;
+}
+
+// Makes rays whose hits are known part of a bounce that is traced.
+static Status known_hits_join(Frame *frame, Bounce *bounce, Log *log)
+{
+  LeftRays left = {bounce->count, bounce->known};
+  bounce->count += bounce->known;
+  bounce->known = 0;
+  return known_hits_append(&frame->known_hits, frame->device, &left, bounce->rays, &frame->hits, log);
 }
 
 // What a bounce's rays hit, those of a list among them.
@@ -299,6 +319,9 @@ static Status hits_find(Frame *frame, const Wave *wave, Bounce *bounce, const Li
   if (bounce->count > 0)
     TRY(trace_closest(&frame->tracer, frame->device, frame->scene, bounce->rays, bounce->count, 0, &frame->hits,
                       coherence, bounce->depth ? "trace reflected rays" : "trace transmitted rays", log));
+  if (frame->request.sights && bounce->reflected && bounce->depth == 1)
+    TRY(reflection_sights_keep(frame->request.sights, frame->device, bounce->rays, bounce->count, &frame->hits, log));
+  TRY(known_hits_join(frame, bounce, log));
   TRY(near_join(&frame->near_reflect, frame->device, listed->rays, listed->count, bounce->rays, &frame->hits,
                 bounce->count, log));
   bounce->count += listed->count;
@@ -317,14 +340,14 @@ Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounc
   Bounce own = *waited;
   const Bounce *bounce = &own;
   Listed listed;
-  TRY(reflections_look_up(frame, &own, &listed, log));
-  if (bounce->count + listed.count == 0) {
+  TRY(reflections_look_up(frame, wave, &own, &listed, log));
+  if (bounce->count + bounce->known + listed.count == 0) {
     stream_give_back(frame, bounce->rays);
     stream_give_back(frame, listed.rays);
     return STATUS_OK;
   }
   Coherence coherence = coherence_of(frame, bounce->depth);
-  ShadeInfo info = shade_info(frame, wave, bounce);
+  ShadeInfo info = bounce_shade_info(frame, wave, bounce);
   RayStream *reflected, *transmitted;
   TRY(stream_take(&reflected, frame, info.reflect, log));
   TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));

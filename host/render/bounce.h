@@ -11,6 +11,7 @@ typedef struct Bounce {
   bool first;        // nothing was hit before
   bool from_camera;  // there is no stream of the rays: the shader makes them from the camera
   bool reflected;    // just now: not let through since
+  uint32_t known;    // rays besides, in frame->known_hits
   uint32_t path;     // hash of what happened so far: reflected, let through
 } Bounce;
 
@@ -23,6 +24,14 @@ Status stream_take(RayStream **out, Frame *frame, bool wanted, Log *log);
 // Traces and shades one bounce, gives its stream back and adds what it spawned to `waiting`.
 Status bounce_render(Frame *frame, const Wave *wave, const Bounce *bounce, Bounce waiting[FRAME_STREAMS],
                      uint32_t *waiting_count, Log *log);
+
+// What shading is told of a bounce.
+ShadeInfo bounce_shade_info(const Frame *frame, const Wave *wave, const Bounce *bounce);
+
+// Shades rays [0, count) by batches of lights, in the lights' order, and traces what shadow rays that takes. counts: of
+// what else was spawned.
+Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t count, const ShadeInfo *info,
+                    Coherence coherence, uint32_t counts[STREAM_COUNTS], Log *log);
 
 // Adds the wave's radiance to sums like the film's.
 Status radiance_accumulate(Frame *frame, const Wave *wave, const DeviceBuffer *sums, Log *log);

@@ -54,7 +54,9 @@ static Status raster_make(Frame *frame, Log *log)
   const Plan *plan = &frame->request.plan;
   bool raster = plan->primary == PRIMARY_RASTER, maps = plan_uses_shadow_maps(plan);
   bool cubes = plan_uses_cubes(plan) && plan->cubes.visibility != PRIMARY_RAYS;
-  if (raster || maps || cubes) TRY(raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &options, log));
+  bool planar = plan->reflections == REFLECTIONS_PLANAR;
+  if (raster || maps || cubes || planar)
+    TRY(raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &options, log));
   TRY(shadow_maps_make(&frame->shadow_maps, frame->device, frame->scene, &frame->raster_scene, plan,
                        &frame->camera.info, log));
   if (plan->shadows == SHADOWS_HYBRID)
@@ -83,12 +85,12 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   Status status = STATUS_OK;
   Frame frame = {.device = device, .scene = scene, .request = *request};
   CameraInfo info = camera_info(request->camera, &request->area);
-  if (request->doubt) info = camera_info_blocks(&info, request->block_px);
+  if (request->doubt || request->sights) info = camera_info_blocks(&info, request->block_px);
   uint64_t all = (uint64_t)tiles_of(&info) * TILE_PIXELS * request->samples;
   const uint64_t cube_rays = CUBE_TEXELS(64);  // the fewest at a time with which a cube map is quick
   if (plan_uses_cubes(&request->plan) && all < cube_rays) all = cube_rays;
   frame.capacity = device_traits(device)->wave_rays;
-  if (all < frame.capacity) frame.capacity = (uint32_t)all;
+  if (all < frame.capacity || request->sights) frame.capacity = (uint32_t)all;
   frame.capacity = capacity_apart(frame.capacity);
   TRY(camera_rays_make(&frame.camera, device, &info, request->samples, log));
   TRY(raster_make(&frame, log));
@@ -106,6 +108,7 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   TRY(buffer_create(&frame.radiance, device, (size_t)frame.capacity * sizeof(Float4), NULL, "radiance", log));
   TRY(aov_sums_make(&frame, log));
   if (request->plan.shadows == SHADOWS_HYBRID) TRY(shadow_receivers_prepare(&frame, log));
+  TRY(known_hits_make(&frame.known_hits, device, frame.capacity, plan_knows_hits(&request->plan), log));
   TRY(reflectors_prepare(&frame, log));
   *out = frame;
   frame = (Frame){0};
@@ -123,6 +126,8 @@ void frame_free(Frame *frame)
   shadow_hybrid_free(&frame->shadow_hybrid);
   raster_scene_free(&frame->raster_scene);
   cube_reflect_free(&frame->cube_reflect);
+  known_hits_free(&frame->known_hits);
+  planar_free(&frame->planar);
   cube_capture_free(&frame->cube_capture);
   near_objects_free(&frame->near_objects);
   near_reflect_free(&frame->near_reflect);
@@ -187,6 +192,8 @@ static Status wave_add(Frame *frame, const Wave *wave, Log *log)
   }
   TRY(frame_render_wave(frame, wave, log));
   TRY(radiance_accumulate(frame, wave, &frame->film.sums, log));
+  if (frame->request.sights)
+    TRY(reflection_sights_light(frame->request.sights, frame->device, &frame->radiance, wave_rays(wave), log));
   if (doubt) shadow_doubt_end_wave(doubt);
 
 done:

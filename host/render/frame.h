@@ -4,8 +4,10 @@
 #include "device_scene/device_scene.h"
 #include "passes/camera_rays.h"
 #include "passes/cube_capture.h"
+#include "passes/cube_doubt.h"
 #include "passes/cube_reflect.h"
 #include "passes/film.h"
+#include "passes/planar.h"
 #include "passes/raster_visibility.h"
 #include "passes/shade.h"
 #include "passes/shadow_doubt.h"
@@ -14,6 +16,7 @@
 #include "passes/trace.h"
 #include "plan/plan.h"
 #include "render/near_objects.h"
+#include "render/reflection_sights.h"
 
 typedef enum AovSet {
   AOV_SET_NONE = 0,
@@ -34,8 +37,11 @@ typedef struct FrameRequest {
   uint32_t aovs;         // of AovSet
   bool flat_background;  // camera rays that miss see this radiance in place of the environment
   float background[3];
+  float
+      exposure_ev;  // with which the picture will be shown, for what hybrid reflections allow; INFINITY: not known yet
   // Not NULL: not the picture is wanted but what these maps may get wrong of it, by pixels block_px as wide and high.
   ShadowDoubt *doubt;
+  ReflectionSights *sights;  // the same: what mirrors reflect of it
   uint32_t block_px;
   FrameProgress progress;
   void *progress_context;
@@ -47,7 +53,9 @@ enum { FRAME_STREAMS = 64 };
 // Which reflectors have cube maps.
 typedef struct ReflectorSummary {
   uint32_t visible;                // to the camera
-  uint32_t left_out;               // of these, without a map
+  uint32_t left_out;               // of these, without a map for want of memory
+  uint32_t flat, without_gain;     // without one for hybrid reflections: flat, or rays are quicker
+  double rays_ms, hybrid_ms;       // predicted for those that are not flat (plan/reflection_cost.h)
   uint32_t least_px, greatest_px;  // sizes of the maps
   uint64_t bytes;
 } ReflectorSummary;
@@ -59,11 +67,13 @@ typedef struct Frame {
   const DeviceScene *scene;
   FrameRequest request;
   CameraRays camera;
-  RasterScene raster_scene;  // with PRIMARY_RASTER or shadow maps
+  RasterScene raster_scene;  // with PRIMARY_RASTER, shadow maps or flat mirrors
   RasterVisibility raster;   // with PRIMARY_RASTER
   ShadowMaps shadow_maps;    // where the plan's shadows use them, as `shadow_hybrid`
   ShadowHybrid shadow_hybrid;
   CubeReflect cube_reflect;  // where maps answer reflected rays
+  KnownHits known_hits;      // of rays that need not be traced
+  Planar planar;             // with REFLECTIONS_PLANAR
   CubeCapture cube_capture;  // while cube maps are drawn
   bool capturing;            // a wave is one of a cube map's faces, without AOVs
   NearObjects near_objects;  // where lists answer them, as `near_reflect`

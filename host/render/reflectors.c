@@ -4,13 +4,29 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "plan/reflection_cost.h"
 #include "render/bounce.h"
 #include "render/capture_waves.h"
+#include "render/cube_doubts.h"
+#include "render/planar.h"
+#include "render/reflector_shape.h"
 #include "shared/stream.h"
+
+// Of what hybrid reflections allow a texel to be off: half of what is seen.
+#define HYBRID_ALLOWED (0.5f / 255)
+
+// Of a box no more are seen.
+enum { SIDES_MOST = 3 };
+
+typedef struct Side {
+  MirrorPlane plane;
+  uint32_t pixels;  // of the small picture that show it
+} Side;
 
 typedef struct Reflector {
   uint32_t object;
-  uint32_t pixels;  // of the small picture
+  uint32_t pixels;
+  Side sides[SIDES_MOST];  // the first that were seen
 } Reflector;
 
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
@@ -33,8 +49,17 @@ static CameraInfo camera_coarse(const CameraInfo *camera, uint32_t *factor)
   return info;
 }
 
-// The object of a triangle, if that is a mirror.
-static bool mirror_find(uint32_t *object, const Scene *scene, const uint32_t *starts, uint32_t triangle)
+// The side of which most is seen.
+static const Side *side_choose(const Reflector *reflector)
+{
+  const Side *best = reflector->sides;
+  for (int i = 1; i < SIDES_MOST; i++)
+    if (reflector->sides[i].pixels > best->pixels) best = &reflector->sides[i];
+  return best;
+}
+
+// Counts one more pixel for the object of a triangle, if that is a mirror.
+static void mirror_count(Reflector *reflectors, const Scene *scene, const uint32_t *starts, uint32_t triangle)
 {
   uint32_t low = 0, high = scene->object_count;
   while (high - low > 1) {
@@ -48,20 +73,26 @@ static bool mirror_find(uint32_t *object, const Scene *scene, const uint32_t *st
   uint32_t within = triangle - starts[low], p = 0;
   while (p < mesh->primitive_count && within >= mesh->primitives[p].triangle_count)
     within -= mesh->primitives[p++].triangle_count;
-  if (p == mesh->primitive_count) return false;
-  const Material *material = &scene->materials[mesh->primitives[p].material];
-  *object = low;
-  return material->roughness <= 0 && !material->unlit;
+  if (p == mesh->primitive_count || !material_is_mirror(&scene->materials[mesh->primitives[p].material])) return;
+  Reflector *reflector = &reflectors[low];
+  MirrorPlane plane;
+  if (plane_of_triangle(&plane, scene, low, &mesh->primitives[p], within)) {
+    Side *side = reflector->sides, *end = side + SIDES_MOST;
+    while (side < end && side->pixels && !planes_are_one(&side->plane, &plane)) side++;
+    if (side < end && side->pixels++ == 0) side->plane = plane;
+  }
+  reflector->object = low;
+  reflector->pixels++;
 }
 
-// Counts the pixels of each object that show a mirror. *factor is how many pixels of the picture each is wide.
-static Status mirrors_count(uint32_t *pixels, uint32_t *factor, Frame *frame, Log *log)
+// Finds what is seen of the mirrors of each object. *factor is how many pixels of the picture each pixel is wide.
+static Status mirrors_count(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const DeviceScene *scene = frame->scene;
   CameraRays camera = {0};
   CameraInfo info = camera_coarse(&frame->camera.info, factor);
-  uint32_t tiles = info.tiles_per_row * ((info.height + TILE_SIZE - 1) / TILE_SIZE), object = 0;
+  uint32_t tiles = info.tiles_per_row * ((info.height + TILE_SIZE - 1) / TILE_SIZE);
   uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
   uint32_t *ids = malloc((size_t)wave_tiles * TILE_PIXELS * sizeof *ids);
   uint32_t *starts = malloc(((size_t)scene->object_count + 1) * sizeof *starts);
@@ -80,7 +111,7 @@ static Status mirrors_count(uint32_t *pixels, uint32_t *factor, Frame *frame, Lo
                       RAYS_COHERENT, "look for reflectors", log));
     TRY(buffer_read(frame->device, &frame->hits.ids, ids, rays * sizeof *ids, log));
     for (uint32_t i = 0; i < rays; i++)
-      if (ids[i] != HIT_NONE && mirror_find(&object, scene->source, starts, ids[i])) pixels[object]++;
+      if (ids[i] != HIT_NONE) mirror_count(reflectors, scene->source, starts, ids[i]);
   }
 
 done:
@@ -101,10 +132,10 @@ static int reflector_compare(const void *a, const void *b)
 
 static Float3 narrow(Vec3 v) { return (Float3){(float)v.x, (float)v.y, (float)v.z}; }
 
-static uint32_t size_choose(const CubeOptions *options, uint32_t pixels, uint32_t factor)
+static uint32_t size_choose(const CubeOptions *options, double pixels)
 {
   if (options->size_px) return options->size_px;
-  double width = 2 * sqrt(pixels / M_PI) * factor;
+  double width = 2 * sqrt(pixels / M_PI);
   uint32_t size = CUBE_LEAST_PX;
   while (size < CUBE_MOST_PX && size < width) size *= 2;
   return size;
@@ -116,21 +147,56 @@ static CubeInfo cube_fit(const DeviceScene *scene, uint32_t object, uint32_t siz
   if (!scene_object_bounds(scene->source, object, &low, &high)) low = high = vec3(0, 0, 0);
   Vec3 center = vec3_scale(vec3_add(low, high), 0.5);
   double margin = 1e-5 * scene->extent_m;  // rounding of rays that start on the box
-  const Vec3 half = vec3_scale(vec3_sub(high, low), 0.5);
+  Vec3 half = vec3_scale(vec3_sub(high, low), 0.5);
+  double reach = fmax(fmax(half.x, half.y), fmax(half.z, margin));
   const Vec3 wider = vec3(margin, margin, margin);
   return (CubeInfo){.center = narrow(center),
                     .low = narrow(vec3_sub(vec3_sub(scene->low, wider), center)),
                     .high = narrow(vec3_sub(vec3_add(scene->high, wider), center)),
+                    .reach_m = (float)reach,
                     .size = size,
                     .object = object,
-                    .hull_least = (float)(0.999 / fmax(fmax(half.x, half.y), fmax(half.z, margin)))};
+                    .hull_least = object_is_convex(scene->source, object) ? INFINITY : (float)(0.999 / reach)};
+}
+
+static bool plan_uses(const Plan *plan, ReflectionMethod method)
+{
+  return plan->reflections == method || plan->deep_reflections == method;
+}
+
+CubeInfo reflector_cube(const Frame *frame, uint32_t object, double pixels)
+{
+  return cube_fit(frame->scene, object, size_choose(&frame->request.plan.cubes, pixels));
 }
 
 // Is a cube marched through?
 static bool marches(const Plan *plan)
 {
-  return plan->reflections == REFLECTIONS_IMPOSTOR || plan->deep_reflections == REFLECTIONS_IMPOSTOR ||
-         plan_uses_lists(plan);
+  return plan_uses(plan, REFLECTIONS_IMPOSTOR) || plan_uses(plan, REFLECTIONS_HYBRID) || plan_uses_lists(plan);
+}
+
+// Does a reflector gain nothing from hybrid reflections? What a flat mirror shows needs more texels than it has pixels:
+// nearly all of it would be traced. A size that is asked for is a wish to have the map.
+static bool rays_are_better(ReflectorSummary *summary, const Frame *frame, const Reflector *reflector, uint32_t size,
+                            uint32_t factor)
+{
+  const FrameRequest *request = &frame->request;
+  const bool shadow_rays = request->plan.shadow_rays && !plan_uses_shadow_maps(&request->plan);
+  if (!plan_uses(&request->plan, REFLECTIONS_HYBRID)) return false;
+  const bool flat = side_choose(reflector)->pixels == reflector->pixels;
+  summary->flat += flat;
+  if (flat) return true;
+  const ReflectionFacts facts = {.rays = (double)reflector->pixels * factor * factor * request->samples,
+                                 .size_px = size,
+                                 .triangles = frame->scene->triangle_count,
+                                 .lights = shadow_rays ? frame->scene->light_count : 0,
+                                 .gpu = device_info(frame->device)->is_gpu};
+  ReflectionCost cost = reflection_cost(&facts);
+  summary->rays_ms += cost.rays_ms;
+  summary->hybrid_ms += cost.hybrid_ms;
+  if (request->plan.cubes.size_px || cost.hybrid_ms < cost.rays_ms) return false;
+  summary->without_gain++;
+  return true;
 }
 
 // Cubes of the reflectors that fit, largest first. Returns their number.
@@ -144,7 +210,8 @@ static uint32_t cubes_fit(CubeInfo *cubes, uint32_t *cube_of_object, Frame *fram
   uint32_t kept = 0;
   *summary = (ReflectorSummary){.visible = count};
   for (uint32_t i = 0; i < count; i++) {
-    uint32_t size = size_choose(options, reflectors[i].pixels, factor);
+    uint32_t size = size_choose(options, (double)reflectors[i].pixels * factor * factor);
+    if (rays_are_better(summary, frame, &reflectors[i], size, factor)) continue;
     uint64_t texels = CUBE_TEXELS((uint64_t)size), bytes = texels * texel_bytes;
     if (kept == CUBES_MOST || summary->bytes + bytes > most) {
       summary->left_out++;
@@ -165,12 +232,13 @@ static uint32_t cubes_fit(CubeInfo *cubes, uint32_t *cube_of_object, Frame *fram
 
 // ---- what they show -------------------------------------------------------------------------------------------------
 
-// What is drawn in a cube: no cubes, one bounce less.
+// What is drawn in a cube: no cubes, one bounce less. Hybrid reflections leave what mirrors show there.
 static Plan plan_of_capture(const Plan *plan)
 {
   Plan capture = *plan;
   bool maps = reflections_use_maps(plan->deep_reflections);
   if (maps) capture.deep_reflections = REFLECTIONS_ENVIRONMENT;
+  if (plan->reflections == REFLECTIONS_HYBRID) capture.deep_reflections = REFLECTIONS_NONE;
   if (maps) capture.max_roughness = 0;
   capture.reflections = capture.deep_reflections;
   if (capture.max_depth > 0) capture.max_depth--;
@@ -192,10 +260,7 @@ static Status hull_draw(Frame *frame, const CubeInfo *cube, Log *log)
   const CubeCapture *capture = &frame->cube_capture;
   const HitStream *hits = &frame->hits;
   RayStream *rays, *spare[2];
-  Vec3 low = {0}, high = {0};
-  scene_object_bounds(frame->scene->source, cube->object, &low, &high);
-  Vec3 half = vec3_scale(vec3_sub(high, low), 0.5);
-  float beyond_m = (float)(1.001 * fmax(fmax(half.x, half.y), half.z) + 1e-5 * frame->scene->extent_m);
+  float beyond_m = (float)(1.001 * (double)cube->reach_m + 1e-5 * frame->scene->extent_m);
   uint32_t tiles = CUBE_TEXELS(cube->size) / TILE_PIXELS;
   uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
   memset(frame->taken, 0, sizeof frame->taken);
@@ -245,7 +310,9 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
                    request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO || request.plan.shadows == SHADOWS_AREA ||
                    request.plan.max_roughness > 0;
   const bool marched = marches(&request.plan), lists = plan_uses_lists(&request.plan);
+  const bool doubted = plan_uses(&request.plan, REFLECTIONS_HYBRID);
   const uint32_t samples = by_chance ? smaller(request.samples, CUBE_SAMPLES_MOST) : 1;
+  CubeDoubt doubt = {0};
   uint32_t *left_out = calloc((size_t)objects + 1, sizeof *left_out);
   if (!left_out) return log_no_memory(log, "cube maps");
   frame->capturing = true;
@@ -254,6 +321,7 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
   frame->request.flat_background = false;
   frame->cube_reflect.cube_count = 0;  // none is whole yet
   TRY(cube_capture_make(&frame->cube_capture, frame->device, frame->scene, frame->capacity, log));
+  if (doubted) TRY(cube_doubt_make(&doubt, frame->device, frame->capacity, frame->reflectors.greatest_px, log));
   for (uint32_t i = 0; i < count; i++) {
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object == cubes[i].object;
     near_objects_mark(&frame->near_objects, i, left_out);
@@ -263,10 +331,11 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
       TRY(cube_capture_raster(&frame->cube_capture, frame->device, frame->scene, &frame->raster_scene, left_out,
                               frame->capacity, log));
     TRY(capture_waves(frame, cubes[i].size, CUBE_FACES * cubes[i].size, samples, cube_keep, log));
+    if (doubted) TRY(cube_doubts_draw(frame, &doubt, &cubes[i], log));
     if (!marched) continue;
     TRY(cube_capture_cells(&frame->cube_capture, frame->device, cubes[i].size, &frame->cube_reflect.texels,
                            &frame->cube_reflect.cells, log));
-    if (lists) continue;  // the reflector itself is traced
+    if (lists || isinf(cubes[i].hull_least)) continue;  // with lists the reflector itself is traced
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object != cubes[i].object;
     TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], 0, left_out, log));
     TRY(hull_draw(frame, &cubes[i], log));
@@ -276,6 +345,7 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
 
 done:
   cube_capture_free(&frame->cube_capture);
+  cube_doubt_free(&doubt);
   frame->cube_reflect = maps;
   frame->camera.info = camera;
   frame->request = request;
@@ -284,28 +354,56 @@ done:
   return status;
 }
 
+static Status flat_mirrors_prepare(Frame *frame, Log *log)
+{
+  Status status = STATUS_OK;
+  const uint32_t objects = frame->scene->object_count;
+  uint32_t count = 0, factor;
+  Reflector *reflectors = calloc((size_t)objects + 1, sizeof *reflectors);
+  FlatMirror *mirrors = calloc((size_t)objects + 1, sizeof *mirrors);
+  if (!reflectors || !mirrors) {
+    status = log_no_memory(log, "flat mirrors");
+    goto done;
+  }
+  TRY(mirrors_count(reflectors, &factor, frame, log));
+  qsort(reflectors, objects, sizeof *reflectors, reflector_compare);
+  for (uint32_t i = 0; i < objects && reflectors[i].pixels; i++) {
+    frame->reflectors.visible++;
+    const Side *side = side_choose(&reflectors[i]);
+    bool flat = 2 * side->pixels > reflectors[i].pixels;
+    frame->reflectors.flat += flat;
+    if (flat) mirrors[count++] = (FlatMirror){reflectors[i].object, side->plane};
+  }
+  TRY(planar_prepare(frame, mirrors, count, log));
+
+done:
+  free(reflectors);
+  free(mirrors);
+  return status;
+}
+
 Status reflectors_prepare(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const Plan *plan = &frame->request.plan;
   uint32_t objects = frame->scene->object_count, count = 0, kept = 0, factor = 1;
-  uint32_t *pixels = NULL, *cube_of_object = NULL;
+  uint32_t *cube_of_object = NULL;
   Reflector *reflectors = NULL;
   CubeInfo *cubes = NULL;
+  if (plan->reflections == REFLECTIONS_PLANAR) TRY(flat_mirrors_prepare(frame, log));
   if (!reflections_use_maps(plan->reflections) && !reflections_use_maps(plan->deep_reflections)) return STATUS_OK;
-  pixels = calloc((size_t)objects + 1, sizeof *pixels);
   cube_of_object = malloc(((size_t)objects + 1) * sizeof *cube_of_object);
   reflectors = calloc((size_t)objects + 1, sizeof *reflectors);
   cubes = calloc((size_t)objects + 1, sizeof *cubes);
-  if (!pixels || !cube_of_object || !reflectors || !cubes) {
+  if (!cube_of_object || !reflectors || !cubes) {
     status = log_no_memory(log, "cube maps");
     goto done;
   }
   for (uint32_t i = 0; i < objects; i++) cube_of_object[i] = CUBE_NONE;
   if (plan_uses_cubes(plan)) {
-    TRY(mirrors_count(pixels, &factor, frame, log));
+    TRY(mirrors_count(reflectors, &factor, frame, log));
     for (uint32_t i = 0; i < objects; i++)
-      if (pixels[i]) reflectors[count++] = (Reflector){i, pixels[i]};
+      if (reflectors[i].pixels) reflectors[count++] = reflectors[i];
     qsort(reflectors, count, sizeof *reflectors, reflector_compare);
     kept = cubes_fit(cubes, cube_of_object, frame, reflectors, count, factor, log);
   }
@@ -316,11 +414,12 @@ Status reflectors_prepare(Frame *frame, Log *log)
     TRY(near_objects_make(frame, cubes, log));
   }
   TRY(cube_reflect_make(&frame->cube_reflect, frame->device, frame->scene, cubes, kept, cube_of_object, marches(plan),
-                        log));
+                        plan_uses(plan, REFLECTIONS_HYBRID), log));
+  frame->cube_reflect.allowed = HYBRID_ALLOWED;
+  frame->cube_reflect.scale = isinf(frame->request.exposure_ev) ? INFINITY : exp2f(frame->request.exposure_ev);
   if (kept) TRY(cubes_draw(frame, cubes, kept, log));
 
 done:
-  free(pixels);
   free(cube_of_object);
   free(reflectors);
   free(cubes);

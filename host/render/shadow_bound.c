@@ -54,7 +54,8 @@ static FrameRequest probe_request(const Frame *frame, Block block, uint32_t samp
   request.plan.primary = PRIMARY_RAYS;
   request.plan.shadows = SHADOWS_RAYS;
   request.plan.receivers = true;
-  if (reflections_use_cubes(request.plan.reflections)) request.plan.reflections = REFLECTIONS_RAYS;
+  if (reflections_use_cubes(request.plan.reflections) || request.plan.reflections == REFLECTIONS_PLANAR)
+    request.plan.reflections = REFLECTIONS_RAYS;
   if (reflections_use_cubes(request.plan.deep_reflections)) request.plan.deep_reflections = REFLECTIONS_RAYS;
   EnvironmentLightMethod environment = request.plan.environment_light;
   if (environment == ENVIRONMENT_LIGHT_SH || environment == ENVIRONMENT_LIGHT_AMBIENT)

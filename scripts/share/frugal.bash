@@ -25,7 +25,7 @@ _frugal_value()
     --primary) _frugal_words 'auto raster rays' "$2" ;;
     --environment-light) _frugal_words 'auto none ambient sh sh-ao sampled' "$2" ;;
     --shadows) _frugal_words 'none map pcf pcss hybrid rays area auto' "$2" ;;
-    --reflections | --deep-reflections) _frugal_words 'none environment cube box impostor snapshot candidates mixed rays' "$2" ;;
+    --reflections | --deep-reflections) _frugal_words 'none environment cube box impostor snapshot planar candidates mixed hybrid rays' "$2" ;;
     --cube-size | --near-radius) _frugal_words 'auto' "$2" ;;
     --background) _frugal_words 'environment transparent' "$2" ;;
     --verify) _frugal_words 'all' "$2" ;;

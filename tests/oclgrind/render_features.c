@@ -256,7 +256,8 @@ int main(int argc, char **argv)
   settings->cubes.size_px = lanes == 1 ? 8 : 16;
   for (ReflectionMethod method = REFLECTIONS_ENVIRONMENT; method < REFLECTIONS_RAYS; method++) {
     settings->reflections = method;
-    bool first = method == REFLECTIONS_IMPOSTOR || method == REFLECTIONS_SNAPSHOT;
+    bool first = method == REFLECTIONS_IMPOSTOR || method == REFLECTIONS_SNAPSHOT || method == REFLECTIONS_PLANAR ||
+                 method == REFLECTIONS_HYBRID;
     if (small ? lanes == 16 && first : lanes != 8) TRY(render(device, &scene, settings, AOV_SET_NONE));
   }
 

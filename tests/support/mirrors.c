@@ -1,5 +1,6 @@
 #include "support/mirrors.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -7,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "render/probe_render.h"
 #include "scene/scene_build.h"
 
 PictureRequest mirrors_request(uint32_t side, ReflectionMethod method, uint32_t cube_px)
@@ -155,4 +157,50 @@ void mirrors_assert_same_in_waves(const Scene *scene, const Camera *camera, cons
   picture_free(&whole);
   picture_free(&again);
   picture_free(&parts);
+}
+
+MirrorsShown *mirrors_shown(const Scene *scene, const Camera *camera, ReflectionMethod method, uint32_t cube_px,
+                            uint32_t lanes, uint32_t samples)
+{
+  enum { SIDE = MIRRORS_SIDE };
+  Device *device = picture_device(lanes);
+  DeviceScene device_scene = {0};
+  Frame frame = {0};
+  MirrorsShown *out = calloc(1, sizeof *out);
+  RenderSettings settings = mirrors_request(SIDE, method, cube_px).settings;
+  assert_non_null(out);
+  picture_assert_ok(device_scene_make(&device_scene, device, scene, NULL, &picture_log));
+  SceneFacts facts = {.triangle_count = device_scene.triangle_count,
+                      .light_count = device_scene.light_count,
+                      .has_mirrors = device_scene.has_mirrors,
+                      .has_blends = device_scene.has_blends,
+                      .least_roughness = device_scene.least_roughness};
+  FrameRequest request = {.camera = camera,
+                          .area = {SIDE, SIDE, 0, 0, SIDE, SIDE},
+                          .samples = samples,
+                          .plan = plan_make(&settings, &facts)};
+  picture_assert_ok(frame_make(&frame, device, &device_scene, &request, &picture_log));
+  picture_assert_ok(frame_render(&frame, &picture_log));
+  picture_assert_ok(picture_shown(out->pixels[0], &frame, &(PictureOptions){.opaque = true}, &picture_log));
+  const CubeReflect *maps = &frame.cube_reflect;
+  out->rays = (double)(maps->looked_up + frame.planar.looked_up);
+  out->traced = (double)(maps->left + frame.planar.left);
+  out->shaded = (double)maps->shaded;
+  out->reflectors = frame.reflectors;
+  out->planes = frame.planar.count;
+  out->planes_left_out = frame.planar.left_out;
+  frame_free(&frame);
+  device_scene_free(&device_scene);
+  return out;
+}
+
+size_t mirrors_off(const MirrorsShown *a, const MirrorsShown *b)
+{
+  size_t off = 0;
+  for (size_t i = 0; i < MIRRORS_SIDE * MIRRORS_SIDE; i++) {
+    float most = 0;
+    for (int c = 0; c < 3; c++) most = fmaxf(most, fabsf(a->pixels[i][c] - b->pixels[i][c]));
+    off += most > 2.0f / 255;
+  }
+  return off;
 }

@@ -1,6 +1,7 @@
 // Scenes with mirrors and pictures of them, for tests of what answers reflected rays.
 #pragma once
 
+#include "render/frame.h"
 #include "support/picture_fixture.h"
 
 // Square, one sample a pixel; `cube_px` 0: auto.
@@ -35,3 +36,19 @@ NearTotals mirrors_near(const Scene *scene, const Camera *camera, const RenderSe
 
 // Fails unless the picture is the same on every run, and however many rays are in flight.
 void mirrors_assert_same_in_waves(const Scene *scene, const Camera *camera, const PictureRequest *request);
+enum { MIRRORS_SIDE = 128 };
+
+// A picture as displayed, and what became of its reflected rays where something was asked for them.
+typedef struct MirrorsShown {
+  float pixels[MIRRORS_SIDE * MIRRORS_SIDE][4];
+  double rays, traced, shaded;  // asked, left to be traced, and left to be shaded
+  ReflectorSummary reflectors;
+  uint32_t planes, planes_left_out;
+} MirrorsShown;
+
+// To be freed.
+MirrorsShown *mirrors_shown(const Scene *scene, const Camera *camera, ReflectionMethod method, uint32_t cube_px,
+                            uint32_t lanes, uint32_t samples);
+
+// Pixels whose worst channel differs by more than 2/255.
+size_t mirrors_off(const MirrorsShown *a, const MirrorsShown *b);

@@ -1,0 +1,51 @@
+// How wrong maps make what mirrors show, told before the picture is rendered.
+#pragma once
+
+#include "render/frame.h"
+
+// Rungs of which it is told.
+typedef enum BoundRung { BOUND_ENVIRONMENT, BOUND_CUBE, BOUND_BOX, BOUND_IMPOSTOR, BOUND_RUNGS } BoundRung;
+
+// Share of the picture's pixels that are off by more than 2/255 in some displayed channel.
+typedef struct BoundShare {
+  double expected, bound;
+} BoundShare;
+
+typedef struct ReflectorBound {
+  uint32_t object;
+  double share;  // of the picture's pixels that show it
+  BoundShare rungs[BOUND_RUNGS];
+} ReflectorBound;
+
+typedef struct ReflectionBound {
+  ReflectorBound *reflectors;  // [count], by object: those that the probes saw
+  uint32_t count;
+  uint64_t probes;
+  BoundShare rungs[BOUND_RUNGS];  // of all of them
+} ReflectionBound;
+
+// Sends the camera's rays through about BOUND_PROBES pixels in place of all, and through the next to the right and
+// below of each, reflects them by rays, and asks of each reflected ray how far off a map would show what it meets:
+//
+//   eps     as seen from the cube's centre, from what the ray meets to what the map shows. Cube: the ray's own
+//           direction, which is sin(eps) = (o / D) sin(phi) off (plan/cube_error.h); box: where the ray leaves the box;
+//           impostor: nothing, as its march ends within a hundredth of a texel
+//   shift   pixels to the right and down by which the picture so moves: eps is solved for in the steps that the
+//           reflected ray takes from the probe to its two neighbours, whatever the mirror's curvature. A texel more,
+//           times 0.8: an edge is smeared over one (map resolution; for the impostor it is all there is)
+//   wrong   where the picture changes by more than 2/255 to a neighbour an edge lies between, and sweeps `shift` pixels
+//           (of both sides of it the greater); elsewhere the pixel is wrong where what it changes times `shift` is more
+//           than 2/255. Outlines the impostor traces, but for 0.6 % (by trial). Environment: every ray that meets
+//           something is wrong
+//
+// The mean over the probes is expected, no more than what shows the reflector; `bound` is 1.15 (expected + z s), s its
+// standard error over the probes, z = 2.576 (99 %): the rest of the factor is for what is hidden from the centre, and
+// was found by trial. `frame` is made; `scale` is what its radiance is multiplied by for display.
+//
+// Fails where a surface looks different from the centre: shiny ones, and other mirrors, which a map shows as they look
+// from there; and where wires lie between probes.
+//
+// Cost: that of 3 BOUND_PROBES pixels more by rays. Errors: those of frame_make and frame_render.
+enum { BOUND_PROBES = 4096 };
+Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float scale, Log *log);
+void reflection_bound_free(ReflectionBound *bound);
