@@ -167,3 +167,16 @@ void device_scene_options(const DeviceScene *scene, char *out, size_t size)
            scene->has_colors ? "-D HAS_VERTEX_COLORS " : "", scene->has_masks ? "-D HAS_MASK " : "",
            scene->has_normal_maps ? "-D HAS_NORMAL_MAPS " : "", scene->has_blends ? "-D HAS_BLEND " : "");
 }
+
+uint32_t object_of_triangle(const uint32_t *object_starts, uint32_t object_count, uint32_t triangle)
+{
+  uint32_t low = 0, high = object_count;
+  while (high - low > 1) {
+    uint32_t middle = (low + high) / 2;
+    if (object_starts[middle] <= triangle)
+      low = middle;
+    else
+      high = middle;
+  }
+  return low;
+}

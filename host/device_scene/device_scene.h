@@ -29,6 +29,9 @@ typedef struct DeviceScene {
 Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log);
 void device_scene_free(DeviceScene *scene);
 
+// The object of a triangle, by the first triangles of all objects.
+uint32_t object_of_triangle(const uint32_t *object_starts, uint32_t object_count, uint32_t triangle);
+
 // Fills has_textures to has_colors alone, from a scene whose images may not be decoded yet: what device_scene_options
 // tells.
 void device_scene_features(DeviceScene *out, const Scene *scene);

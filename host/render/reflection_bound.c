@@ -154,19 +154,6 @@ static void sight_offsets(float out[SAMPLES][2], uint32_t block_px)
   memcpy(out, offsets, sizeof offsets);
 }
 
-static uint32_t object_of(const uint32_t *starts, uint32_t count, uint32_t triangle)
-{
-  uint32_t low = 0, high = count;
-  while (high - low > 1) {
-    uint32_t middle = (low + high) / 2;
-    if (starts[middle] <= triangle)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
-}
-
 // What the sums of probes say of a whole in which `count` of them were sent out.
 static BoundShare share_of(double wrong, double squares, double most, double count)
 {
@@ -191,10 +178,10 @@ static void probes_judge(Sums *sums, const ReflectionSights *sights, uint32_t pi
   for (uint32_t i = 0; i < pixels; i++) {
     const ReflectionSight *probe = &sights->sights[i], *beside[NEIGHBOURS];
     if (!probe->is_reflected) continue;
-    uint32_t object = object_of(starts, objects, probe->triangle);
+    uint32_t object = object_of_triangle(starts, objects, probe->triangle);
     for (uint32_t k = 0; k < NEIGHBOURS; k++) {
       const ReflectionSight *there = &sights->sights[i + (k + 1) * pixels];
-      bool same = there->is_reflected && object_of(starts, objects, there->triangle) == object;
+      bool same = there->is_reflected && object_of_triangle(starts, objects, there->triangle) == object;
       beside[k] = same ? there : NULL;
     }
     double wrong[BOUND_RUNGS];
@@ -208,7 +195,7 @@ static void cubes_guess(CubeInfo *cubes, const Frame *frame, const ReflectionSig
 {
   uint32_t objects = frame->scene->object_count;
   for (uint32_t i = 0; i < pixels; i++)
-    if (sights->sights[i].is_reflected) cubes[object_of(starts, objects, sights->sights[i].triangle)].size++;
+    if (sights->sights[i].is_reflected) cubes[object_of_triangle(starts, objects, sights->sights[i].triangle)].size++;
   for (uint32_t o = 0; o < objects; o++)
     if (cubes[o].size) cubes[o] = reflector_cube(frame, o, (double)cubes[o].size * block_px * block_px);
 }

@@ -8,118 +8,14 @@
 #include "render/bounce.h"
 #include "render/capture_waves.h"
 #include "render/cube_doubts.h"
+#include "render/mirrors_seen.h"
 #include "render/planar.h"
-#include "render/reflector_shape.h"
 #include "shared/stream.h"
 
 // Of what hybrid reflections allow a texel to be off: half of what is seen.
 #define HYBRID_ALLOWED (0.5f / 255)
 
-// Of a box no more are seen.
-enum { SIDES_MOST = 3 };
-
-typedef struct Side {
-  MirrorPlane plane;
-  uint32_t pixels;  // of the small picture that show it
-} Side;
-
-typedef struct Reflector {
-  uint32_t object;
-  uint32_t pixels;
-  Side sides[SIDES_MOST];  // the first that were seen
-} Reflector;
-
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
-
-// ---- who is seen ----------------------------------------------------------------------------------------------------
-
-// The part of the frame's picture that is rendered, of fewer pixels that are `factor` times as wide.
-static CameraInfo camera_coarse(const CameraInfo *camera, uint32_t *factor)
-{
-  CameraInfo info = *camera;
-  uint32_t longest = info.width > info.height ? info.width : info.height;
-  *factor = (longest + SIGHT_PX - 1) / SIGHT_PX;
-  info.scale *= (float)*factor;
-  info.width = (info.width + *factor - 1) / *factor;
-  info.height = (info.height + *factor - 1) / *factor;
-  info.center_x -= camera->scale * (float)camera->crop_x;
-  info.center_y -= camera->scale * (float)camera->crop_y;
-  info.crop_x = info.crop_y = 0;
-  info.tiles_per_row = (info.width + TILE_SIZE - 1) / TILE_SIZE;
-  return info;
-}
-
-// The side of which most is seen.
-static const Side *side_choose(const Reflector *reflector)
-{
-  const Side *best = reflector->sides;
-  for (int i = 1; i < SIDES_MOST; i++)
-    if (reflector->sides[i].pixels > best->pixels) best = &reflector->sides[i];
-  return best;
-}
-
-// Counts one more pixel for the object of a triangle, if that is a mirror.
-static void mirror_count(Reflector *reflectors, const Scene *scene, const uint32_t *starts, uint32_t triangle)
-{
-  uint32_t low = 0, high = scene->object_count;
-  while (high - low > 1) {
-    uint32_t middle = (low + high) / 2;
-    if (starts[middle] <= triangle)
-      low = middle;
-    else
-      high = middle;
-  }
-  const Mesh *mesh = &scene->meshes[scene->objects[low].mesh];
-  uint32_t within = triangle - starts[low], p = 0;
-  while (p < mesh->primitive_count && within >= mesh->primitives[p].triangle_count)
-    within -= mesh->primitives[p++].triangle_count;
-  if (p == mesh->primitive_count || !material_is_mirror(&scene->materials[mesh->primitives[p].material])) return;
-  Reflector *reflector = &reflectors[low];
-  MirrorPlane plane;
-  if (plane_of_triangle(&plane, scene, low, &mesh->primitives[p], within)) {
-    Side *side = reflector->sides, *end = side + SIDES_MOST;
-    while (side < end && side->pixels && !planes_are_one(&side->plane, &plane)) side++;
-    if (side < end && side->pixels++ == 0) side->plane = plane;
-  }
-  reflector->object = low;
-  reflector->pixels++;
-}
-
-// Finds what is seen of the mirrors of each object. *factor is how many pixels of the picture each pixel is wide.
-static Status mirrors_count(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *log)
-{
-  Status status = STATUS_OK;
-  const DeviceScene *scene = frame->scene;
-  CameraRays camera = {0};
-  CameraInfo info = camera_coarse(&frame->camera.info, factor);
-  uint32_t tiles = info.tiles_per_row * ((info.height + TILE_SIZE - 1) / TILE_SIZE);
-  uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
-  uint32_t *ids = malloc((size_t)wave_tiles * TILE_PIXELS * sizeof *ids);
-  uint32_t *starts = malloc(((size_t)scene->object_count + 1) * sizeof *starts);
-  if (!ids || !starts) {
-    status = log_no_memory(log, "reflectors");
-    goto done;
-  }
-  TRY(buffer_read(frame->device, &scene->object_starts, starts, ((size_t)scene->object_count + 1) * sizeof *starts,
-                  log));
-  TRY(camera_rays_make(&camera, frame->device, &info, 1, log));
-  for (uint32_t tile = 0; tile < tiles; tile += wave_tiles) {
-    Wave wave = {tile, smaller(wave_tiles, tiles - tile), 0, 1};
-    uint32_t rays = wave_rays(&wave);
-    TRY(camera_rays_generate(&camera, frame->device, &wave, &frame->streams[0], log));
-    TRY(trace_closest(&frame->tracer, frame->device, scene, &frame->streams[0], rays, info.near_m, &frame->hits,
-                      RAYS_COHERENT, "look for reflectors", log));
-    TRY(buffer_read(frame->device, &frame->hits.ids, ids, rays * sizeof *ids, log));
-    for (uint32_t i = 0; i < rays; i++)
-      if (ids[i] != HIT_NONE) mirror_count(reflectors, scene->source, starts, ids[i]);
-  }
-
-done:
-  camera_rays_free(&camera);
-  free(ids);
-  free(starts);
-  return status;
-}
 
 // ---- where and how large --------------------------------------------------------------------------------------------
 
@@ -183,7 +79,7 @@ static bool rays_are_better(ReflectorSummary *summary, const Frame *frame, const
   const FrameRequest *request = &frame->request;
   const bool shadow_rays = request->plan.shadow_rays && !plan_uses_shadow_maps(&request->plan);
   if (!plan_uses(&request->plan, REFLECTIONS_HYBRID)) return false;
-  const bool flat = side_choose(reflector)->pixels == reflector->pixels;
+  const bool flat = reflector_side(reflector)->pixels == reflector->pixels;
   summary->flat += flat;
   if (flat) return true;
   const ReflectionFacts facts = {.rays = (double)reflector->pixels * factor * factor * request->samples,
@@ -365,11 +261,11 @@ static Status flat_mirrors_prepare(Frame *frame, Log *log)
     status = log_no_memory(log, "flat mirrors");
     goto done;
   }
-  TRY(mirrors_count(reflectors, &factor, frame, log));
+  TRY(mirrors_see(reflectors, &factor, frame, log));
   qsort(reflectors, objects, sizeof *reflectors, reflector_compare);
   for (uint32_t i = 0; i < objects && reflectors[i].pixels; i++) {
     frame->reflectors.visible++;
-    const Side *side = side_choose(&reflectors[i]);
+    const Side *side = reflector_side(&reflectors[i]);
     bool flat = 2 * side->pixels > reflectors[i].pixels;
     frame->reflectors.flat += flat;
     if (flat) mirrors[count++] = (FlatMirror){reflectors[i].object, side->plane};
@@ -401,7 +297,7 @@ Status reflectors_prepare(Frame *frame, Log *log)
   }
   for (uint32_t i = 0; i < objects; i++) cube_of_object[i] = CUBE_NONE;
   if (plan_uses_cubes(plan)) {
-    TRY(mirrors_count(reflectors, &factor, frame, log));
+    TRY(mirrors_see(reflectors, &factor, frame, log));
     for (uint32_t i = 0; i < objects; i++)
       if (reflectors[i].pixels) reflectors[count++] = reflectors[i];
     qsort(reflectors, count, sizeof *reflectors, reflector_compare);

@@ -3,12 +3,12 @@
 
 #include "render/frame.h"
 
-enum { CUBE_LEAST_PX = 32, CUBE_MOST_PX = 512, CUBES_MOST = 256, CUBES_MOST_BYTES = 512000000, SIGHT_PX = 320 };
+enum { CUBE_LEAST_PX = 32, CUBE_MOST_PX = 512, CUBES_MOST = 256, CUBES_MOST_BYTES = 512000000 };
 
 // Makes what the plan's reflections look up, once everything else of the frame is there.
 //
 // A reflector is an object of which the camera sees a surface of roughness 0 (by the factor; one whose roughness is a
-// texture's is traced), found by tracing the picture at no more than SIGHT_PX pixels a side. What only other mirrors
+// texture's is traced; render/mirrors_seen.h). What only other mirrors
 // show has no cube, and its rays are traced. Its cube is captured from the centre of its bounds, without itself; with
 // plan->cubes.size_px 0 a face has, of powers of two from CUBE_LEAST_PX to CUBE_MOST_PX, as many texels a side as the
 // reflector is pixels wide, taken for a disc. The largest on screen come first; what is over plan->cubes.max_bytes or

@@ -1,0 +1,29 @@
+// Who reflects where the camera sees it.
+#pragma once
+
+#include "render/frame.h"
+#include "render/reflector_shape.h"
+
+enum { SIGHT_PX = 320 };
+
+// Of a box no more are seen.
+enum { SIDES_MOST = 3 };
+
+typedef struct Side {
+  MirrorPlane plane;
+  uint32_t pixels;  // of the small picture that show it
+} Side;
+
+// What is seen of an object's mirrors, in pixels of the small picture.
+typedef struct Reflector {
+  uint32_t object;
+  uint32_t pixels;
+  Side sides[SIDES_MOST];  // the first that were seen
+} Reflector;
+
+// The side of which most is seen.
+const Side *reflector_side(const Reflector *reflector);
+
+// Fills reflectors[object] for all objects, [object_count], which are zero before, by tracing the picture at no more
+// than SIGHT_PX pixels a side; *factor is how many pixels of the picture each of its pixels is wide.
+Status mirrors_see(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *log);
