@@ -113,7 +113,7 @@ demo:
 test:
 	@scripts/setup
 	$(SUBMAKE) all tests
-	@scripts/run_tests $(BUILD) $(TEST)
+	@TEST_JOBS=$${TEST_JOBS:-2} scripts/run_tests $(BUILD) $(TEST)
 
 test-full: export FRUGAL_TEST_FULL = 1
 test-full: export TEST_SECONDS = 1200
