@@ -12,7 +12,6 @@
 //                          cube, and those of which the cube, or a snapshot on the way, cannot tell (lib/impostor.cl)
 //         counts           NEAR_*
 //
-//   near_join   appends the listed rays, and their hits, to those that were left and have been traced
 //
 //   `invisible` above 0: where a ray's weight times the error that is to be expected of the cube as if it were
 //   infinitely far away is no more than that, the cube is asked so. That error is the mean change of the cube's
@@ -181,23 +180,5 @@ kernel void near_reflect(uint method, float invisible, global const float *rays,
         listed_hits[field * capacity + to] = hits[field * capacity + from];
       listed_ids[to] = hit_ids[from];
     }
-  }
-}
-
-// The four streams are of one capacity; `left_count` rays are there.
-kernel void near_join(global const float *listed_rays, global const uint *listed_slots, global const float *listed_hits,
-                      global const uint *listed_ids, uint listed_count, uint capacity, global float *rays,
-                      global uint *slots, global float *hits, global uint *hit_ids, uint left_count)
-{
-  uint begin = get_global_id(0) * RAYS_PER_ITEM;
-  uint end = min(begin + RAYS_PER_ITEM, listed_count);
-  for (uint i = begin; i < end; i++) {
-    uint to = left_count + i;
-    for (uint field = 0; field < RAY_FIELD_COUNT; field++)
-      rays[field * capacity + to] = listed_rays[field * capacity + i];
-    for (uint field = 0; field < HIT_FIELD_COUNT; field++)
-      hits[field * capacity + to] = listed_hits[field * capacity + i];
-    slots[to] = listed_slots[i];
-    hit_ids[to] = listed_ids[i];
   }
 }

@@ -7,10 +7,12 @@ Status known_hits_make(KnownHits *out, Device *device, uint32_t capacity, bool w
   Status status = STATUS_OK;
   KnownHits known = {0};
   Program *program = NULL;
-  TRY(program_build(&program, device, "rays/append_hits.cl", "", log));
-  TRY(program_kernel(&known.append, program, "append_hits", log));
   TRY(ray_stream_make(&known.rays, device, capacity, wanted, "rays", log));
-  if (wanted) TRY(hit_stream_make(&known.hits, device, capacity, log));
+  if (wanted) {
+    TRY(program_build(&program, device, "rays/append_hits.cl", "", log));
+    TRY(program_kernel(&known.append, program, "append_hits", log));
+    TRY(hit_stream_make(&known.hits, device, capacity, log));
+  }
   *out = known;
   known = (KnownHits){0};
 

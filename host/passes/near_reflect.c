@@ -13,7 +13,6 @@ static Status kernels_make(NearReflect *near, Device *device, const DeviceScene 
   TRY(program_kernel(&near->trace, trace, "near_trace", log));
   TRY(program_build(&reflect, device, "capture/near_reflect.cl", "", log));
   TRY(program_kernel(&near->reflect, reflect, "near_reflect", log));
-  TRY(program_kernel(&near->join, reflect, "near_join", log));
 
 done:
   return status;
@@ -43,7 +42,6 @@ Status near_reflect_make(NearReflect *out, Device *device, const DeviceScene *sc
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
     TRY(buffer_create(buffers[i].buffer, device, buffers[i].bytes, buffers[i].from, "objects near reflectors", log));
   TRY(hit_stream_make(&near.hits, device, capacity, log));
-  TRY(hit_stream_make(&near.listed_hits, device, capacity, log));
   *out = near;
   near = (NearReflect){0};
 
@@ -58,10 +56,8 @@ void near_reflect_free(NearReflect *near)
                              &near->photos, &near->backs, &near->cells,     &near->counts};
   kernel_free(&near->trace);
   kernel_free(&near->reflect);
-  kernel_free(&near->join);
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
   hit_stream_free(&near->hits);
-  hit_stream_free(&near->listed_hits);
   *near = (NearReflect){0};
 }
 
@@ -71,11 +67,12 @@ Status near_reflect_set(NearReflect *near, Device *device, const NearInfo *nears
 }
 
 Status near_reflect(NearReflect *near, const CubeReflect *cubes, Device *device, const DeviceScene *scene,
-                    ReflectionMethod method, float invisible, const NearStreams *streams, uint32_t count,
-                    uint32_t *left_count, uint32_t *listed_count, Log *log)
+                    ReflectionMethod method, float invisible, const NearStreams *streams, uint32_t count, LeftRays *out,
+                    Log *log)
 {
   Status status = STATUS_OK;
-  const RayStream *rays = streams->rays, *left = streams->left, *listed = streams->listed;
+  const RayStream *rays = streams->rays, *left = streams->left, *listed = &streams->known->rays;
+  const HitStream *listed_hits = &streams->known->hits;
   uint32_t map = method == REFLECTIONS_CUBE  ? REFLECT_BY_CUBE
                  : method == REFLECTIONS_BOX ? REFLECT_BY_BOX
                                              : REFLECT_BY_IMPOSTOR;
@@ -94,28 +91,14 @@ Status near_reflect(NearReflect *near, const CubeReflect *cubes, Device *device,
            ARG(scene->object_count), ARG_BUFFER(cubes->cube_of_object), ARG_BUFFER(cubes->cubes),
            ARG_BUFFER(cubes->texels), ARG_BUFFER(cubes->cells), ARG_BUFFER(near->nears), ARG_BUFFER(near->snapshots),
            ARG_BUFFER(near->photos), ARG_BUFFER(near->backs), ARG_BUFFER(near->cells), ARG_BUFFER(*streams->radiance),
-           ARG_BUFFER(listed->rays), ARG_BUFFER(listed->slots), ARG_BUFFER(near->listed_hits.hits),
-           ARG_BUFFER(near->listed_hits.ids), ARG_BUFFER(left->rays), ARG_BUFFER(left->slots),
-           ARG_BUFFER(near->counts)),
+           ARG_BUFFER(listed->rays), ARG_BUFFER(listed->slots), ARG_BUFFER(listed_hits->hits),
+           ARG_BUFFER(listed_hits->ids), ARG_BUFFER(left->rays), ARG_BUFFER(left->slots), ARG_BUFFER(near->counts)),
       log));
   TRY(buffer_read(device, &near->counts, counts, sizeof counts, log));
-  *left_count = counts[NEAR_LEFT];
-  *listed_count = counts[NEAR_LISTED];
+  *out = (LeftRays){.traced = counts[NEAR_LEFT], .known = counts[NEAR_LISTED]};
   near->looked_up += count;
   for (int i = 0; i < NEAR_COUNTS; i++) near->totals[i] += counts[i];
 
 done:
   return status;
-}
-
-Status near_join(const NearReflect *near, Device *device, const RayStream *listed, uint32_t listed_count,
-                 const RayStream *rays, const HitStream *hits, uint32_t count, Log *log)
-{
-  if (listed_count == 0) return STATUS_OK;
-  return device_launch(
-      device, &near->join, work_items(device, listed_count), listed_count, "join what is near",
-      ARGS(ARG_BUFFER(listed->rays), ARG_BUFFER(listed->slots), ARG_BUFFER(near->listed_hits.hits),
-           ARG_BUFFER(near->listed_hits.ids), ARG(listed_count), ARG(rays->capacity), ARG_BUFFER(rays->rays),
-           ARG_BUFFER(rays->slots), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids), ARG(count)),
-      log);
 }

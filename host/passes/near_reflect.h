@@ -2,6 +2,7 @@
 #pragma once
 
 #include "passes/cube_reflect.h"
+#include "passes/known_hits.h"
 #include "shared/bvh.h"
 #include "shared/near.h"
 
@@ -16,16 +17,16 @@ typedef struct NearSources {
 } NearSources;
 
 typedef struct NearReflect {
-  Kernel trace, reflect, join;
+  Kernel trace, reflect;
   DeviceBuffer nears;             // NearInfo, [cube_count]
   DeviceBuffer nodes, triangles;  // of all lists
   DeviceBuffer snapshots;         // SnapshotInfo, [snapshot_count]
   DeviceBuffer photos;            // Float4 (shared/near.h), of all snapshots
   DeviceBuffer backs, cells;      // float
   DeviceBuffer counts;            // [NEAR_COUNTS]
-  HitStream hits, listed_hits;
-  uint32_t cube_count;  // 0: no lists
-  uint64_t looked_up;   // rays so far
+  HitStream hits;                 // of what lists hold
+  uint32_t cube_count;            // 0: no lists
+  uint64_t looked_up;             // rays so far
   uint64_t totals[NEAR_COUNTS];
 } NearReflect;
 
@@ -37,19 +38,15 @@ void near_reflect_free(NearReflect *near);
 // Sets what is known once cubes are drawn.
 Status near_reflect_set(NearReflect *near, Device *device, const NearInfo *nears, Log *log);
 
-// Rays that are answered by near_reflect: [0, left) of `left` are still to be traced, [0, listed) of `listed` have met
-// what near_join appends.
+// Rays that are answered by near_reflect; those that it leaves to be traced; those that have met something of a list.
 typedef struct NearStreams {
-  const RayStream *rays, *left, *listed;
+  const RayStream *rays, *left;
+  const KnownHits *known;
   const DeviceBuffer *radiance;
 } NearStreams;
 
 // Adds to radiance[slot] what maps show of rays [0, count). `method` says how far things are looked up: CUBE, BOX or
-// another, which stands for IMPOSTOR; `invisible` as in the kernel. counts: *left_count and *listed_count.
+// another, which stands for IMPOSTOR; `invisible` as in the kernel.
 Status near_reflect(NearReflect *near, const CubeReflect *cubes, Device *device, const DeviceScene *scene,
-                    ReflectionMethod method, float invisible, const NearStreams *streams, uint32_t count,
-                    uint32_t *left_count, uint32_t *listed_count, Log *log);
-
-// Appends the listed rays and their hits to `rays`, which are of the same capacity, and their hits.
-Status near_join(const NearReflect *near, Device *device, const RayStream *listed, uint32_t listed_count,
-                 const RayStream *rays, const HitStream *hits, uint32_t count, Log *log);
+                    ReflectionMethod method, float invisible, const NearStreams *streams, uint32_t count, LeftRays *out,
+                    Log *log);

@@ -184,7 +184,7 @@ static inline bool plan_uses_lists(const Plan *plan)
 static inline bool plan_knows_hits(const Plan *plan)
 {
   return plan->reflections == REFLECTIONS_HYBRID || plan->deep_reflections == REFLECTIONS_HYBRID ||
-         plan->reflections == REFLECTIONS_PLANAR;
+         plan->reflections == REFLECTIONS_PLANAR || plan_uses_lists(plan);
 }
 
 // What answers rays that have been reflected `depth` times, 1 being the first.

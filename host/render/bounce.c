@@ -254,41 +254,23 @@ done:
   return status;
 }
 
-// Reflected rays that have met something of a list, whose hits are frame->near_reflect's.
-typedef struct Listed {
-  RayStream *rays;
-  uint32_t count;
-} Listed;
-
-// The same where what is near the cubes is listed.
-static Status reflections_look_near(Frame *frame, const Bounce *bounce, ReflectionMethod method, RayStream *left,
-                                    uint32_t *left_count, Listed *listed, Log *log)
-{
-  Status status = STATUS_OK;
-  TRY(stream_take(&listed->rays, frame, true, log));
-  const NearStreams streams = {bounce->rays, left, listed->rays, &frame->radiance};
-  TRY(near_reflect(&frame->near_reflect, &frame->cube_reflect, frame->device, frame->scene, method,
-                   bounce->depth > 1 ? least_weight : 0, &streams, bounce->count, left_count, &listed->count, log));
-
-done:
-  return status;
-}
-
 // Answers reflected rays by maps, as far as the method for their depth has any; what is left takes the bounce's place.
-static Status reflections_look_up(Frame *frame, const Wave *wave, Bounce *bounce, Listed *listed, Log *log)
+static Status reflections_look_up(Frame *frame, const Wave *wave, Bounce *bounce, Log *log)
 {
   Status status = STATUS_OK;
   ReflectionMethod method = reflections_of(frame, bounce->depth);
   LeftRays counts = {0};
   RayStream *left;
-  *listed = (Listed){&frame->no_rays, 0};
   if (!bounce->reflected || !reflections_ask(method)) return STATUS_OK;
   TRY(stream_take(&left, frame, true, log));
   if (method == REFLECTIONS_PLANAR)
     TRY(planar_reflect(&frame->planar, frame->device, frame->scene, wave, bounce->rays, bounce->count, left,
                        &frame->known_hits, &counts, log));
   else if (frame->near_reflect.cube_count > 0 && reflections_use_cubes(method))
-    TRY(reflections_look_near(frame, bounce, method, left, &counts.traced, listed, log));
+    TRY(near_reflect(&frame->near_reflect, &frame->cube_reflect, frame->device, frame->scene, method,
+                     bounce->depth > 1 ? least_weight : 0,
+                     &(NearStreams){bounce->rays, left, &frame->known_hits, &frame->radiance}, bounce->count, &counts,
+                     log));
   else
     TRY(cube_reflect(&frame->cube_reflect, frame->device, frame->scene, method, bounce->rays, bounce->count,
                      &frame->radiance, left, &frame->known_hits, &counts, log));
@@ -310,9 +292,8 @@ static Status known_hits_join(Frame *frame, Bounce *bounce, Log *log)
   return known_hits_append(&frame->known_hits, frame->device, &left, bounce->rays, &frame->hits, log);
 }
 
-// What a bounce's rays hit, those of a list among them.
-static Status hits_find(Frame *frame, const Wave *wave, Bounce *bounce, const Listed *listed, Coherence coherence,
-                        Log *log)
+// What a bounce's rays hit, traced or known.
+static Status hits_find(Frame *frame, const Wave *wave, Bounce *bounce, Coherence coherence, Log *log)
 {
   Status status = STATUS_OK;
   if (bounce->first) return first_hits_find(frame, wave, bounce, log);
@@ -322,10 +303,6 @@ static Status hits_find(Frame *frame, const Wave *wave, Bounce *bounce, const Li
   if (frame->request.sights && bounce->reflected && bounce->depth == 1)
     TRY(reflection_sights_keep(frame->request.sights, frame->device, bounce->rays, bounce->count, &frame->hits, log));
   TRY(known_hits_join(frame, bounce, log));
-  TRY(near_join(&frame->near_reflect, frame->device, listed->rays, listed->count, bounce->rays, &frame->hits,
-                bounce->count, log));
-  bounce->count += listed->count;
-  stream_give_back(frame, listed->rays);
 
 done:
   return status;
@@ -339,11 +316,9 @@ Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounc
   const FrameRequest *request = &frame->request;
   Bounce own = *waited;
   const Bounce *bounce = &own;
-  Listed listed;
-  TRY(reflections_look_up(frame, wave, &own, &listed, log));
-  if (bounce->count + bounce->known + listed.count == 0) {
+  TRY(reflections_look_up(frame, wave, &own, log));
+  if (bounce->count + bounce->known == 0) {
     stream_give_back(frame, bounce->rays);
-    stream_give_back(frame, listed.rays);
     return STATUS_OK;
   }
   Coherence coherence = coherence_of(frame, bounce->depth);
@@ -354,7 +329,7 @@ Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounc
   ShadeStreams streams = {bounce->rays,        &frame->hits,        &frame->shadow,
                           reflected,           transmitted,         &frame->radiance,
                           &frame->shadow_maps, frame_camera(frame), &frame->shadow_hybrid.maps};
-  TRY(hits_find(frame, wave, &own, &listed, coherence, log));
+  TRY(hits_find(frame, wave, &own, coherence, log));
   if (bounce->first && request->aovs & AOV_SET_SURFACE)
     TRY(film_aov(&frame->film, device, frame->scene, &frame->camera, wave, bounce->rays, &frame->hits, log));
   if (bounce->first && request->aovs & AOV_SET_SHADOW) TRY(aov_shadow(frame, &streams, wave, bounce, log));
