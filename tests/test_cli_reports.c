@@ -3,7 +3,6 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,7 +10,6 @@
 #include <jansson.h>
 
 #include "support/cli.h"
-#include "support/effort.h"
 
 #define SIZE "64x48"
 enum { WIDTH = 64 };
@@ -134,10 +132,6 @@ static void exact_reflections_say_what_they_are_made_of(void **state)
 static void what_is_near_a_mirror_is_named_with_its_method(void **state)
 {
   json_error_t error;
-  if (effort_is_quick()) {  // LeakSanitizer itself dies now and then as this one ends
-    fprintf(stderr, "SKIPPED: a report of what is near mirrors: only in a build without sanitizers\n");
-    skip();
-  }
   CliRun run = cli_run("render", "scenes/chrome.glb", "-o", cli_path("n.png"), "-s", "160x90", "--reflections", "mixed",
                        "--snapshot-from", "1000", "--cube-size", "64", "--stats", "-", NULL);
   cli_expect(&run, 0, "", __FILE__, __LINE__);
