@@ -327,8 +327,8 @@ static void sizes_that_do_not_fit_are_refused(void **state)
   for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
     RasterDepth raster;
     Log log = {0};
-    Status status = raster_depth_make(&raster, raster_device(RASTER_BINS_16), &fixture.scene, &fixture.triangles,
-                                      sizes[i], 1, &(RasterOptions){0}, &log);
+    Status status = raster_depth_make(&raster, raster_device(RASTER_BINS_16), &fixture.scene, sizes[i], 1,
+                                      &(RasterOptions){0}, &log);
     assert_int_equal(status, STATUS_USAGE);
     assert_non_null(strstr(log.error, "multiple of 4"));
   }

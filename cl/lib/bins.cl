@@ -111,6 +111,13 @@ static inline UintL bins_range(FloatL low, FloatL high, uint first, uint end)
 
 #define SORT_CHUNKS 1024  // at a time
 
+// Items of a view among those [first_item, first_item + item_count) of a pass, counted from there: begin and end.
+static inline uint2 view_items(global const uint *item_starts, uint view, uint first_item, uint item_count)
+{
+  uint2 range = (uint2)(item_starts[view], item_starts[view + 1]);
+  return clamp(range, (uint2)(first_item), (uint2)(first_item + item_count)) - (uint2)(first_item);
+}
+
 // Chunks of [first, end), at most SORT_CHUNKS, whose spans hold bin (x, y), nearest first: keys gets the bits of
 // SPAN_NEAR above their numbers. Returns how many.
 static inline uint bin_chunks(ulong *keys, global const uint *spans, uint item_count, uint first, uint end, uint x,

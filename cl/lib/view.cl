@@ -49,6 +49,22 @@ static inline bool bounds_meet(global const RasterBounds *bounds, constant Raste
   return true;
 }
 
+// Could anything within the bounds be in the picture's rows [low_row, high_row)?
+static inline bool bounds_visible(global const RasterBounds *bounds, constant RasterView *view, float low_row,
+                                  float high_row)
+{
+  Float4 near = view->depth, far = row_scaled(view->depth, -1);
+  near.w -= view->near;
+  far.w += view->far;
+  Float4 planes[6] = {view->x,
+                      row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
+                      row_sum(view->y, -low_row, view->w),
+                      row_sum(row_scaled(view->y, -1), high_row, view->w),
+                      near,
+                      far};
+  return bounds_meet(bounds, view, planes, 6);
+}
+
 // Could anything within the bounds be on the map?
 static inline bool bounds_on_map(global const RasterBounds *bounds, constant RasterView *view)
 {

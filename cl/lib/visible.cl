@@ -207,19 +207,3 @@ static inline IntL visible_samples(const VisibleTriangle *triangle, constant Ras
   }
   return on_screen & sampled;
 }
-
-// Could anything within the bounds be in the picture's rows [low_row, high_row)?
-static inline bool bounds_visible(global const RasterBounds *bounds, constant RasterView *view, float low_row,
-                                  float high_row)
-{
-  Float4 near = view->depth, far = row_scaled(view->depth, -1);
-  near.w -= view->near;
-  far.w += view->far;
-  Float4 planes[6] = {view->x,
-                      row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
-                      row_sum(view->y, -low_row, view->w),
-                      row_sum(row_scaled(view->y, -1), high_row, view->w),
-                      near,
-                      far};
-  return bounds_meet(bounds, view, planes, 6);
-}

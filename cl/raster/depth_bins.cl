@@ -148,12 +148,12 @@ static __attribute__((noinline)) void record_draw_clipped(global const uint *rec
 }
 
 kernel void depth_bins(global const RasterBlock *blocks, constant RasterView *views, uint view_count, uint columns,
-                       uint chunk_count, global const uint *records, global const uint *spans,
-                       global const uint *starts, global const ushort *lists, uint begin, global float *maps,
-                       uint first_texel, global const TriangleCorners *corners, global const Float2 *uvs,
-                       global const Float4 *colors, uint vertex_count, global const MaterialInfo *materials,
-                       global const TextureInfo *textures, global const uchar4 *texels,
-                       constant float *linear_from_byte)
+                       global const uint *item_starts, uint first_item, uint item_count, global const uint *records,
+                       global const uint *spans, global const uint *starts, global const ushort *lists, uint begin,
+                       global float *maps, uint first_texel, global const TriangleCorners *corners,
+                       global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
+                       global const MaterialInfo *materials, global const TextureInfo *textures,
+                       global const uchar4 *texels, constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   uint item = get_global_id(0), list = item % (columns * columns), number = item / (columns * columns);
@@ -174,16 +174,16 @@ kernel void depth_bins(global const RasterBlock *blocks, constant RasterView *vi
     for (uint part = 0; part < parts; part++)
       to.texels[row * ROW_PARTS + part] = begin ? FLOATL(1) : map[row * row_parts + part];
   ulong keys[SORT_CHUNKS];
-  uint all = view_count * chunk_count, last = (number + 1) * chunk_count;
-  for (uint first = number * chunk_count; first < last; first += SORT_CHUNKS) {
-    uint count = bin_chunks(keys, spans, all, first, min(first + SORT_CHUNKS, last), bin.x, bin.y);
+  uint2 items = view_items(item_starts, number, first_item, item_count);
+  for (uint first = items.x; first < items.y; first += SORT_CHUNKS) {
+    uint count = bin_chunks(keys, spans, item_count, first, min(first + SORT_CHUNKS, items.y), bin.x, bin.y);
     for (uint i = 0; i < count; i++) {
       if (as_float((uint)(keys[i] >> 32)) > target_farthest(&to, rows, parts)) break;
       uint chunk = (uint)keys[i];
       global const uint *from = records + chunk * (RASTER_CHUNK + 1) * DEPTH_WORDS;
       global const uint *start = starts + chunk * (columns * columns + 2);
       global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
-      BinLists in = bin_lists(spans, all, chunk, start, bin.x, bin.y);
+      BinLists in = bin_lists(spans, item_count, chunk, start, bin.x, bin.y);
       for (uint large = 0; large < 2; large++) {
         for (uint k = in.begin[large]; k < in.end[large]; k++) {
           global const uint *record = from + numbers[k] * DEPTH_WORDS;

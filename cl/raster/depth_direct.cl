@@ -1,10 +1,11 @@
 // Raster of depth maps on a GPU, triangle by triangle: the least depth of each texel stays.
 //
-//   in    blocks, views   the scene's triangles, [view_count] square maps of the same size
+//   in    blocks, views   the scene's triangles, square maps of the same size
+//         items           chunks and views, of which [first_item, first_item + item_count) are drawn
 //   out   maps            [view][size * size] (shared/depth_map.h), from first_texel on, as the bits of floats, 1
 //                         before the first launch
 //
-//   depth_small   a work-item a triangle and view: draws it if its box is small, else lists it
+//   depth_small   a work-item a triangle of an item: draws it if its box is small, else lists it
 //   depth_split   a work-item a tile of a large box: lists it if the triangle has a part there
 //   depth_tiles   RASTER_TEAM work-items a listed tile
 //
@@ -14,6 +15,7 @@
 
 #include "lib/boxes.cl"
 #include "lib/map_triangle.cl"
+#include "raster/chunks_seen.cl"
 #include "shared/depth_map.h"
 
 // What drawing takes besides the triangle.
@@ -162,18 +164,21 @@ static inline void tile_pass(const MapTriangle *t, const WindowTriangle *in, con
     window_draw(in, box_window(box), box.number, scope, map_of(maps, scope, box.view), true);
 }
 
-kernel void depth_small(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
-                        uint triangle_count, constant RasterView *views, uint view_count, global uint *maps,
-                        uint first_texel, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+kernel void depth_small(global const RasterBlock *blocks, global const RasterBounds *bounds,
+                        global const RasterItem *items, uint first_item, uint item_count, constant RasterView *views,
+                        global uint *maps, uint first_texel, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
 {
   local uint queued;
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   maps += first_texel;
-  uint item = get_global_id(0), number = first_triangle + item % triangle_count, view = item / triangle_count;
-  if (view >= view_count) return;  // whole work-groups, here and below: a chunk is of whole ones
+  // Whole work-groups return, here and below: a chunk is of whole ones.
+  uint slot = get_global_id(0);
+  if (slot >= item_count * RASTER_CHUNK) return;
+  RasterItem item = items[first_item + slot / RASTER_CHUNK];
+  uint view = item.view, number = item.chunk * RASTER_CHUNK + slot % RASTER_CHUNK;
   Scope scope = {&views[view], blocks, &attributes};
-  if (!bounds_on_map(&bounds[number / RASTER_CHUNK], scope.view)) return;
+  if (!bounds_on_map(&bounds[item.chunk], scope.view)) return;
   WindowTriangle in;
   MapTriangle t = triangle_setup(&scope, number);
   RasterBox box = box_of(number, view, (int4)(t.first_x, t.first_y, t.last_x, t.last_y));

@@ -1,10 +1,11 @@
 // Vertex transform, culling, setup and binning for depth maps, LANES triangles at a time, for all views of a table.
 //
 //   in    blocks, bounds    the scene's triangles (triangle_pack.cl)
-//         views             [view_count], square maps of the same size, `columns` bins a side
-//   out   records  [view][chunk][RASTER_CHUNK + 1][DEPTH_WORDS], packed: triangles that may cover a texel's centre
-//         spans    [SPAN_FIELDS][view][chunk]
-//         starts   [view][chunk][bins + 2], lists [view][chunk][RASTER_CHUNK * RASTER_LARGE_BINS] (lib/bins.cl)
+//         items             chunks and views, of which [first_item, first_item + item_count) are set up
+//         views             square maps of the same size, `columns` bins a side
+//   out   records  [item][RASTER_CHUNK + 1][DEPTH_WORDS], packed: triangles that may cover a texel's centre
+//         spans    [SPAN_FIELDS][item]
+//         starts   [item][bins + 2], lists [item][RASTER_CHUNK * RASTER_LARGE_BINS] (lib/bins.cl)
 //
 //   Cost  one work-item a chunk and view; 44 bytes read a triangle, 64 written for one that survives.
 //   Either side of a triangle is drawn. What is behind the eye, beyond the far plane, off the map, without area or
@@ -13,13 +14,15 @@
 #include "lib/bins.cl"
 #include "lib/map_triangle.cl"
 
-kernel void depth_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
-                        uint chunk_count, constant RasterView *views, uint view_count, uint columns,
-                        global uint *records, global uint *spans, global uint *starts, global ushort *lists)
+kernel void depth_setup(global const RasterBlock *blocks, global const RasterBounds *bounds,
+                        global const RasterItem *items, uint first_item, uint item_count, constant RasterView *views,
+                        uint columns, global uint *records, global uint *spans, global uint *starts,
+                        global ushort *lists)
 {
-  uint item = get_global_id(0), chunk = first_chunk + item % chunk_count;
-  if (item >= chunk_count * view_count) return;
-  constant RasterView *view = &views[item / chunk_count];
+  uint item = get_global_id(0);
+  if (item >= item_count) return;
+  uint chunk = items[first_item + item].chunk;
+  constant RasterView *view = &views[items[first_item + item].view];
   BinRanges ranges;
   blocks += chunk * RASTER_CHUNK_BLOCKS;
   records += item * (RASTER_CHUNK + 1) * DEPTH_WORDS;
@@ -58,5 +61,5 @@ kernel void depth_setup(global const RasterBlock *blocks, global const RasterBou
           y = LANE_AS_UINT((t.first_y / bin_px) | (t.last_y / bin_px) << INTL(16));
     bins_take(&ranges, !t.culled, bits, x, y, t.clipped ? FLOATL(0) : plane[3], fields, DEPTH_WORDS, records);
   }
-  bins_sort(&ranges, spans, item, chunk_count * view_count, starts, lists);
+  bins_sort(&ranges, spans, item, item_count, starts, lists);
 }

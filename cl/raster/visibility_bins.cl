@@ -315,9 +315,10 @@ static inline void cost_add(global uint *sum, uint more)
 kernel void visibility_bins(constant CameraInfo *cameras, uint view_count, constant Float2 *offsets, uint first_tile,
                             uint tile_count, uint first_sample, uint sample_count, uint columns, uint view_bins,
                             uint first_row, uint rows, uint first_bin, uint bin_count,
-                            global const RasterBlock *triangles, uint chunk_count, global const uint *records,
-                            global const uint *spans, global const uint *starts, global const ushort *lists, uint begin,
-                            float t_min, uint capacity, global float *hits, global uint *hit_ids, global uint *costs,
+                            global const RasterBlock *triangles, global const uint *item_starts, uint first_item,
+                            uint item_count, global const uint *records, global const uint *spans,
+                            global const uint *starts, global const ushort *lists, uint begin, float t_min,
+                            uint capacity, global float *hits, global uint *hit_ids, global uint *costs,
                             global const TriangleCorners *corners, global const Float2 *uvs,
                             global const Float4 *colors, uint vertex_count, global const MaterialInfo *materials,
                             global const TextureInfo *textures, global const uchar4 *texels,
@@ -326,7 +327,6 @@ kernel void visibility_bins(constant CameraInfo *cameras, uint view_count, const
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   uint item = get_global_id(0), number = first_bin + item % bin_count, sample = item / bin_count;
   uint view = number / view_bins, bin_x = number % view_bins % columns, bin_y = number % view_bins / columns;
-  uint first_item = view * chunk_count, item_count = view_count * chunk_count;
   constant CameraInfo *camera = &cameras[view];
   if (sample >= sample_count) return;
   Float2 offset = offsets[first_sample + sample];
@@ -348,9 +348,9 @@ kernel void visibility_bins(constant CameraInfo *cameras, uint view_count, const
   bin_make(&bin, camera, offset, bin_px, views_tiles(camera, view_count), view * camera_tiles(camera).y, first_tile,
            tile_count, sample, begin, &to);
   float2 corner = (float2)((float)bin_px.x + offset.x, (float)bin_px.y + offset.y);
-  for (uint first = 0; first < chunk_count; first += SORT_CHUNKS) {
-    uint end = min(first + SORT_CHUNKS, chunk_count);
-    uint count = bin_chunks(keys, spans, item_count, first_item + first, first_item + end, bin_x, bin_y);
+  uint2 items = view_items(item_starts, view, first_item, item_count);
+  for (uint first = items.x; first < items.y; first += SORT_CHUNKS) {
+    uint count = bin_chunks(keys, spans, item_count, first, min(first + SORT_CHUNKS, items.y), bin_x, bin_y);
     for (uint i = 0; i < count; i++) {
       if (as_float((uint)(keys[i] >> 32)) > bin_farthest(&bin)) break;
       uint chunk = (uint)keys[i];

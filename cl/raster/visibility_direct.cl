@@ -2,13 +2,14 @@
 // of the wave stays.
 //
 //   in    blocks, views       the scene's triangles and the cameras' views of them
+//         items               chunks and views, of which [first_item, first_item + item_count) are drawn
 //         cameras, offsets    as the ray generator takes them
 //         hidden              ranges of triangle ids that are not there, [hidden_count]
 //         wave                first_tile, tile_count, first_sample, sample_count
 //   out   keys                [slots]: bits of t << 32 | id; all ones before the first launch
 //         hits, hit_ids       the hit stream of the wave: the bits that trace_closest gives (visibility_resolve)
 //
-//   visibility_small   a work-item a triangle: draws it if its box is small, else lists it
+//   visibility_small   a work-item a triangle of an item: draws it if its box is small, else lists it
 //   visibility_split   a work-item a tile of a large box: lists it if the triangle may be met there
 //   visibility_tiles   RASTER_TEAM work-items a listed tile
 //   visibility_resolve a work-item a slot: t, u and v of the triangle that won
@@ -27,6 +28,7 @@
 #include "lib/camera_ray.cl"
 #include "lib/hit.cl"
 #include "lib/visible.cl"
+#include "raster/chunks_seen.cl"
 #include "raster/triangle_pack.cl"
 
 typedef struct Wave {
@@ -313,11 +315,12 @@ static inline bool visible_box(int4 *out, const VisibleTriangle *t, constant Ras
   return x0 <= x1 && y0 <= y1;
 }
 
-kernel void visibility_small(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
-                             uint triangle_count, constant RasterView *views, constant CameraInfo *cameras,
-                             uint view_count, global const uint2 *hidden, uint hidden_count, constant Float2 *offsets,
-                             uint first_tile, uint tile_count, uint first_sample, uint sample_count, float t_min,
-                             global ulong *keys, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+kernel void visibility_small(global const RasterBlock *blocks, global const RasterBounds *bounds,
+                             global const RasterItem *items, uint first_item, uint item_count,
+                             constant RasterView *views, constant CameraInfo *cameras, uint view_count,
+                             global const uint2 *hidden, uint hidden_count, constant Float2 *offsets, uint first_tile,
+                             uint tile_count, uint first_sample, uint sample_count, float t_min, global ulong *keys,
+                             BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
 {
   local uint queued;
   local ulong first;
@@ -325,14 +328,16 @@ kernel void visibility_small(global const RasterBlock *blocks, global const Rast
   Scope scope = {cameras, (uint2)(0), 0, offsets, {first_tile, tile_count, first_sample, sample_count},
                  t_min,   &attributes};
   // Whole work-groups return, here and below: a chunk is of whole ones.
-  if (get_global_id(0) >= triangle_count * view_count) return;
-  uint view_number = get_global_id(0) / triangle_count, number = first_triangle + get_global_id(0) % triangle_count;
+  uint slot = get_global_id(0);
+  if (slot >= item_count * RASTER_CHUNK) return;
+  RasterItem item = items[first_item + slot / RASTER_CHUNK];
+  uint view_number = item.view, number = item.chunk * RASTER_CHUNK + slot % RASTER_CHUNK;
   constant RasterView *view = &views[view_number];
   scope_turn(&scope, cameras, view_count, view_number);
   uint row_tiles = cameras->tiles_per_row * BIN_TILES, end_row = cameras->height;
   uint first_row = view_count > 1 ? 0 : first_tile / row_tiles * RASTER_BIN_PX;
   if (view_count == 1) end_row = min(((first_tile + tile_count - 1) / row_tiles + 1) * RASTER_BIN_PX, end_row);
-  if (!bounds_visible(&bounds[number / RASTER_CHUNK], view, (float)first_row, (float)end_row)) return;
+  if (!bounds_visible(&bounds[item.chunk], view, (float)first_row, (float)end_row)) return;
   Triangle triangle = triangle_load(blocks, number);
   Vec3L a[3];
   triangle_relative(a, &triangle, view);

@@ -2,12 +2,12 @@
 // table.
 //
 //   in    blocks, bounds    the scene's triangles (triangle_pack.cl)
+//         items             chunks and views, of which [first_item, first_item + item_count) are set up
 //         views, offsets    cameras and sample positions; bins of rows [first_row, first_row + rows) of each view
 //         hidden            ranges of triangle ids that are not there, [hidden_count]
-//   out   records  [view][chunk][RASTER_CHUNK + 1][VISIBLE_WORDS], packed: triangles that may be seen
-//         spans    [SPAN_FIELDS][view][chunk]
-//         starts   [view][chunk][bins + 2], lists [view][chunk][RASTER_CHUNK * RASTER_LARGE_BINS]: records by bin
-//                  (lib/bins.cl)
+//   out   records  [item][RASTER_CHUNK + 1][VISIBLE_WORDS], packed: triangles that may be seen
+//         spans    [SPAN_FIELDS][item]
+//         starts   [item][bins + 2], lists [item][RASTER_CHUNK * RASTER_LARGE_BINS]: records by bin (lib/bins.cl)
 //
 //   Cost  one work-item a chunk and view; 44 bytes read a triangle, 64 written for one that survives.
 //   Culled: what is outside the picture or the depth range, turns a single-sided back, or lies between all samples.
@@ -16,15 +16,16 @@
 #include "lib/bins.cl"
 #include "lib/visible.cl"
 
-kernel void visibility_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
-                             uint chunk_count, constant RasterView *views, uint view_count, global const uint2 *hidden,
-                             uint hidden_count, constant Float2 *offsets, uint sample_count, uint columns,
-                             uint first_row, uint rows, global uint *records, global uint *spans, global uint *starts,
-                             global ushort *lists)
+kernel void visibility_setup(global const RasterBlock *blocks, global const RasterBounds *bounds,
+                             global const RasterItem *items, uint first_item, uint item_count,
+                             constant RasterView *views, global const uint2 *hidden, uint hidden_count,
+                             constant Float2 *offsets, uint sample_count, uint columns, uint first_row, uint rows,
+                             global uint *records, global uint *spans, global uint *starts, global ushort *lists)
 {
-  uint item = get_global_id(0), chunk = first_chunk + item % chunk_count;
-  if (item >= chunk_count * view_count) return;
-  constant RasterView *view = &views[item / chunk_count];
+  uint item = get_global_id(0);
+  if (item >= item_count) return;
+  uint chunk = items[first_item + item].chunk;
+  constant RasterView *view = &views[items[first_item + item].view];
   uint first_y = first_row * RASTER_BIN_PX, end_y = min((first_row + rows) * RASTER_BIN_PX, view->height);
   BinRanges ranges;
   blocks += chunk * RASTER_CHUNK_BLOCKS;
@@ -62,5 +63,5 @@ kernel void visibility_setup(global const RasterBlock *blocks, global const Rast
     bins_take(&ranges, seen, bits, bins_range(t.low_x, t.high_x, 0, columns),
               bins_range(t.low_y, t.high_y, first_row, first_row + rows), t.near, fields, VISIBLE_WORDS, records);
   }
-  bins_sort(&ranges, spans, item, chunk_count * view_count, starts, lists);
+  bins_sort(&ranges, spans, item, item_count, starts, lists);
 }

@@ -27,8 +27,14 @@ typedef struct RasterBounds {
 } RasterBounds;
 SHARED_SIZE(RasterBounds, 24);
 
-// Where the survivors of a chunk are in one view, structure of arrays [SPAN_FIELDS][chunks and views], and SPAN_PADDING
-// words behind it: how many, which bins they touch, [first, end), and how near.
+// A chunk to set up for a view of the table.
+typedef struct RasterItem {
+  uint chunk, view;
+} RasterItem;
+SHARED_SIZE(RasterItem, 8);
+
+// Where the survivors of an item are in its view, structure of arrays [SPAN_FIELDS][items], and SPAN_PADDING words
+// behind it: how many, which bins they touch, [first, end), and how near.
 #define SPAN_COUNT 0
 #define SPAN_FIRST_X 1
 #define SPAN_FIRST_Y 2

@@ -48,6 +48,19 @@ Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void
   return STATUS_OK;
 }
 
+Status buffer_reserve(DeviceBuffer *buffer, Device *device, size_t bytes, const char *what, Log *log)
+{
+  if (buffer->memory && buffer->bytes >= bytes) return STATUS_OK;
+  buffer_free(buffer);
+  return buffer_create(buffer, device, bytes, NULL, what, log);
+}
+
+Status buffer_put(DeviceBuffer *buffer, Device *device, size_t bytes, const void *from, const char *what, Log *log)
+{
+  Status status = buffer_reserve(buffer, device, bytes, what, log);
+  return status == STATUS_OK ? buffer_write(device, buffer, from, bytes, log) : status;
+}
+
 void buffer_free(DeviceBuffer *buffer)
 {
   if (buffer->memory) clReleaseMemObject(buffer->memory);

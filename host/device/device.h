@@ -61,6 +61,11 @@ uint64_t device_budget(const Device *device, uint64_t asked, uint64_t usual_most
 Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void *initial, const char *what, Log *log);
 void buffer_free(DeviceBuffer *buffer);
 
+// Makes a buffer of at least `bytes` anew where the one at hand is smaller: what was in it is gone. Errors: those of
+// buffer_create. buffer_put then copies to its start.
+Status buffer_reserve(DeviceBuffer *buffer, Device *device, size_t bytes, const char *what, Log *log);
+Status buffer_put(DeviceBuffer *buffer, Device *device, size_t bytes, const void *from, const char *what, Log *log);
+
 // Copies to the start of the buffer; waits for the queue unless `bytes` is a power of two up to 128.
 Status buffer_write(Device *device, DeviceBuffer *buffer, const void *from, size_t bytes, Log *log);
 Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log);

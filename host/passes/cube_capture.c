@@ -123,14 +123,13 @@ Status cube_capture_raster(CubeCapture *capture, Device *device, const DeviceSce
                            const uint32_t *left_out, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
-  const RasterOptions options = {.views = CUBE_FACES};
   uint32_t ranges[CUBE_RANGES_MOST][2];
   uint32_t count = ranges_find(ranges, capture->object_starts, left_out, scene->object_count);
   if (count > CUBE_RANGES_MOST) return STATUS_OK;
   if (!capture->raster.views.memory && !capture->raster.hidden.memory)
-    TRY(raster_visibility_make(&capture->raster, device, scene, triangles, &options, log));
+    TRY(raster_visibility_make(&capture->raster, device, scene, &(RasterOptions){0}, log));
   TRY(raster_visibility_hide(&capture->raster, device, (const uint32_t(*)[2])ranges, count, log));
-  TRY(raster_visibility_aim(&capture->raster, device, &capture->views, CUBE_SAMPLES_MOST, capacity, log));
+  TRY(raster_visibility_aim(&capture->raster, device, triangles, &capture->views, CUBE_SAMPLES_MOST, capacity, log));
   capture->by_raster = true;
 
 done:

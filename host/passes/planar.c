@@ -48,7 +48,7 @@ static Status names_draw(const Planar *planar, Device *device, const DeviceScene
   const CameraInfo *camera = &mirrored->info;
   uint32_t tiles = camera->tiles_per_row * ((camera->height + TILE_SIZE - 1) / TILE_SIZE);
   uint32_t wave_tiles = smaller(tiles, capacity / TILE_PIXELS);
-  TRY(raster_visibility_aim(raster, device, mirrored, samples, capacity, log));
+  TRY(raster_visibility_aim(raster, device, triangles, mirrored, samples, capacity, log));
   for (uint32_t sample = 0; sample < samples; sample++)
     for (uint32_t tile = 0; tile < tiles; tile += wave_tiles) {
       Wave wave = {tile, smaller(wave_tiles, tiles - tile), sample, 1};

@@ -2,30 +2,21 @@
 
 #include "shared/raster.h"
 
-Status raster_bins_make(RasterBins *out, Device *device, size_t chunks, uint32_t record_words, Log *log)
+Status raster_bins_reserve(RasterBins *bins, Device *device, size_t items, size_t bin_count, uint32_t record_words,
+                           Log *log)
 {
   Status status = STATUS_OK;
-  RasterBins made = {0};
   size_t record_bytes = (RASTER_CHUNK + 1) * record_words * sizeof(uint32_t);
-  size_t span_bytes = (chunks * SPAN_FIELDS + SPAN_PADDING) * sizeof(uint32_t);
-  size_t list_bytes = (chunks * RASTER_CHUNK * RASTER_LARGE_BINS + LIST_PADDING) * sizeof(uint16_t);
-  TRY(buffer_create(&made.records, device, chunks * record_bytes, NULL, "raster triangles", log));
-  TRY(buffer_create(&made.spans, device, span_bytes, NULL, "raster triangles", log));
-  TRY(buffer_create(&made.lists, device, list_bytes, NULL, "raster bins", log));
-  *out = made;
-  made = (RasterBins){0};
+  size_t span_bytes = (items * SPAN_FIELDS + SPAN_PADDING) * sizeof(uint32_t);
+  size_t list_bytes = (items * RASTER_CHUNK * RASTER_LARGE_BINS + LIST_PADDING) * sizeof(uint16_t);
+  size_t start_bytes = items * (bin_count + 2) * sizeof(uint32_t);
+  TRY(buffer_reserve(&bins->records, device, items * record_bytes, "raster triangles", log));
+  TRY(buffer_reserve(&bins->spans, device, span_bytes, "raster triangles", log));
+  TRY(buffer_reserve(&bins->starts, device, start_bytes, "raster bins", log));
+  TRY(buffer_reserve(&bins->lists, device, list_bytes, "raster bins", log));
 
 done:
-  raster_bins_free(&made);
   return status;
-}
-
-Status raster_bins_divide(RasterBins *bins, Device *device, size_t chunks, size_t bin_count, Log *log)
-{
-  size_t bytes = chunks * (bin_count + 2) * sizeof(uint32_t);
-  if (bins->starts.memory && bins->starts.bytes >= bytes) return STATUS_OK;
-  buffer_free(&bins->starts);
-  return buffer_create(&bins->starts, device, bytes, NULL, "raster bins", log);
 }
 
 void raster_bins_free(RasterBins *bins)
@@ -36,20 +27,17 @@ void raster_bins_free(RasterBins *bins)
   buffer_free(&bins->lists);
 }
 
-Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, uint32_t tiles, Log *log)
+Status raster_boxes_reserve(RasterBoxes *boxes, Device *device, size_t items, uint32_t tiles, Log *log)
 {
   Status status = STATUS_OK;
-  size_t triangles = chunks * RASTER_CHUNK, tile_bytes = RASTER_TILE_VECTORS * 4 * sizeof(uint32_t);
-  RasterBoxes made = {.room = tiles};
-  TRY(buffer_create(&made.boxes, device, triangles * sizeof(RasterBox), NULL, "raster triangles", log));
-  TRY(buffer_create(&made.starts, device, triangles * sizeof(uint64_t), NULL, "raster triangles", log));
-  TRY(buffer_create(&made.tiles, device, tiles * tile_bytes, NULL, "raster tiles", log));
-  TRY(buffer_create(&made.counts, device, RASTER_BOX_COUNTS * sizeof(uint64_t), NULL, "raster tiles", log));
-  *out = made;
-  made = (RasterBoxes){0};
+  size_t triangles = items * RASTER_CHUNK, tile_bytes = RASTER_TILE_VECTORS * 4 * sizeof(uint32_t);
+  boxes->room = tiles;
+  TRY(buffer_reserve(&boxes->boxes, device, triangles * sizeof(RasterBox), "raster triangles", log));
+  TRY(buffer_reserve(&boxes->starts, device, triangles * sizeof(uint64_t), "raster triangles", log));
+  TRY(buffer_reserve(&boxes->tiles, device, tiles * tile_bytes, "raster tiles", log));
+  TRY(buffer_reserve(&boxes->counts, device, RASTER_BOX_COUNTS * sizeof(uint64_t), "raster tiles", log));
 
 done:
-  raster_boxes_free(&made);
   return status;
 }
 

@@ -3,18 +3,17 @@
 
 #include "device/device.h"
 
-// The bins' way: records of triangles by chunk, and their numbers by bin (cl/lib/bins.cl).
+// The bins' way: records of triangles by item (a chunk in a view), and their numbers by bin (cl/lib/bins.cl).
 typedef struct RasterBins {
-  DeviceBuffer records;  // [chunks][RASTER_CHUNK + 1][record_words]
-  DeviceBuffer spans;    // SPAN_*, [SPAN_FIELDS][chunks], and padding
-  DeviceBuffer starts;   // [chunks][bins + 2]
-  DeviceBuffer lists;    // 16-bit numbers [chunks][RASTER_CHUNK * RASTER_LARGE_BINS], and padding
+  DeviceBuffer records;  // [items][RASTER_CHUNK + 1][record_words]
+  DeviceBuffer spans;    // SPAN_*, [SPAN_FIELDS][items], and padding
+  DeviceBuffer starts;   // [items][bins + 2]
+  DeviceBuffer lists;    // 16-bit numbers [items][RASTER_CHUNK * RASTER_LARGE_BINS], and padding
 } RasterBins;
 
-// For `chunks` chunks (or chunks times views); raster_bins_divide makes room for `bins` bins, now and again when there
-// are more. Errors: those of buffer_create.
-Status raster_bins_make(RasterBins *out, Device *device, size_t chunks, uint32_t record_words, Log *log);
-Status raster_bins_divide(RasterBins *bins, Device *device, size_t chunks, size_t bin_count, Log *log);
+// Makes room for so many items and bins, where it is not there yet. Errors: those of buffer_create.
+Status raster_bins_reserve(RasterBins *bins, Device *device, size_t items, size_t bin_count, uint32_t record_words,
+                           Log *log);
 void raster_bins_free(RasterBins *bins);
 
 // In the order in which the kernels declare them.
@@ -30,8 +29,9 @@ typedef struct RasterBoxes {
   uint32_t room;
 } RasterBoxes;
 
-// For `chunks` chunks and `tiles` tiles: there may be more, which are drawn slowly. Errors: those of buffer_create.
-Status raster_boxes_make(RasterBoxes *out, Device *device, size_t chunks, uint32_t tiles, Log *log);
+// Makes room for so many items and tiles, where it is not there yet: there may be more tiles, which are drawn slowly.
+// Errors: those of buffer_create.
+Status raster_boxes_reserve(RasterBoxes *boxes, Device *device, size_t items, uint32_t tiles, Log *log);
 void raster_boxes_free(RasterBoxes *boxes);
 
 // Work-items that go through a list: as many as fill the device.

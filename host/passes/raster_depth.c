@@ -9,50 +9,36 @@ static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 
-static Status bins_make(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterOptions *options,
-                        Log *log)
+static Status kernels_make(RasterDepth *raster, Device *device, const DeviceScene *scene, Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
-  uint32_t columns = divide_up(raster->size_px, RASTER_BIN_PX);
-  TRY(raster_program(&program, device, scene, "raster/depth.cl", log));
-  TRY(program_kernel(&raster->setup, program, "depth_setup", log));
-  TRY(program_kernel(&raster->bins, program, "depth_bins", log));
-  TRY(raster_bins_make(&raster->binned, device, raster->pass_chunks, DEPTH_WORDS, log));
-  TRY(raster_bins_divide(&raster->binned, device, raster->pass_chunks, (size_t)columns * columns, log));
+  const bool bins = raster->way == RASTER_WAY_BINS;
+  TRY(raster_program(&program, device, scene, bins ? "raster/depth.cl" : "raster/depth_direct.cl", log));
+  TRY(raster_items_make(&raster->items, program, RASTER_SIGHT_MAP, log));
+  if (bins) {
+    TRY(program_kernel(&raster->setup, program, "depth_setup", log));
+    TRY(program_kernel(&raster->bins, program, "depth_bins", log));
+  } else {
+    TRY(program_kernel(&raster->small, program, "depth_small", log));
+    TRY(program_kernel(&raster->split, program, "depth_split", log));
+    TRY(program_kernel(&raster->draw, program, "depth_tiles", log));
+  }
 
 done:
   return status;
 }
 
-static Status direct_make(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterOptions *options,
-                          Log *log)
+Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *scene, uint32_t size_px,
+                         uint32_t view_capacity, const RasterOptions *options, Log *log)
 {
   Status status = STATUS_OK;
-  Program *program = NULL;
-  TRY(raster_program(&program, device, scene, "raster/depth_direct.cl", log));
-  TRY(program_kernel(&raster->small, program, "depth_small", log));
-  TRY(program_kernel(&raster->split, program, "depth_split", log));
-  TRY(program_kernel(&raster->draw, program, "depth_tiles", log));
-  TRY(raster_boxes_make(&raster->boxes, device, raster->pass_chunks,
-                        options->pass_tiles ? options->pass_tiles : RASTER_PASS_TILES, log));
-
-done:
-  return status;
-}
-
-Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                         uint32_t size_px, uint32_t view_capacity, const RasterOptions *options, Log *log)
-{
-  Status status = STATUS_OK;
-  RasterDepth raster = {.size_px = size_px, .view_capacity = view_capacity};
+  RasterDepth raster = {.size_px = size_px, .view_capacity = view_capacity, .options = *options};
   if (size_px == 0 || size_px % 4 || size_px > 8192 || view_capacity == 0)
     return log_fail(log, STATUS_USAGE, "depth map: %u texels a side: use a multiple of 4 up to 8192", size_px);
   raster.way = raster_way(options, device);
-  raster.pass_chunks = raster_pass_chunks(options, raster.way, triangles->chunk_count * view_capacity);
-  if (raster.pass_chunks < view_capacity) raster.pass_chunks = view_capacity;
   TRY(buffer_create(&raster.views, device, view_capacity * sizeof(RasterView), NULL, "depth views", log));
-  TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, scene, options, log));
+  TRY(kernels_make(&raster, device, scene, log));
   *out = raster;
   raster = (RasterDepth){0};
 
@@ -65,6 +51,7 @@ void raster_depth_free(RasterDepth *raster)
 {
   Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->small, &raster->split, &raster->draw};
   for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
+  raster_items_free(&raster->items);
   raster_bins_free(&raster->binned);
   raster_boxes_free(&raster->boxes);
   buffer_free(&raster->views);
@@ -83,20 +70,21 @@ static Status bins_draw(RasterDepth *raster, Device *device, const DeviceScene *
 {
   Status status = STATUS_OK;
   uint32_t columns = divide_up(raster->size_px, RASTER_BIN_PX), view_count = to->view_count;
-  uint32_t pass_chunks = raster->pass_chunks / view_count, begin = 1;
-  for (uint32_t first = 0; first < triangles->chunk_count || begin; first += pass_chunks, begin = 0) {
-    uint32_t chunks = smaller(pass_chunks, triangles->chunk_count - first);
-    uint64_t items = (uint64_t)chunks * view_count;
-    TRY(device_launch(device, &raster->setup, items, items * RASTER_CHUNK, "set up and bin triangles of depth maps",
-                      ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first), ARG(chunks),
-                           ARG_BUFFER(raster->views), ARG(view_count), ARG(columns), BIN_ARGS(&raster->binned)),
-                      log));
+  uint32_t begin = 1;
+  TRY(raster_bins_reserve(&raster->binned, device, raster->items.pass, (size_t)columns * columns, DEPTH_WORDS, log));
+  for (uint32_t first = 0; first < raster->items.count || begin; first += raster->items.pass, begin = 0) {
+    uint32_t items = smaller(raster->items.pass, raster->items.count - first);
     TRY(device_launch(
-        device, &raster->bins, (size_t)columns * columns * view_count,
-        (uint64_t)raster->size_px * raster->size_px * view_count, "raster depth maps",
-        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG(view_count), ARG(columns), ARG(chunks),
-             BIN_ARGS(&raster->binned), ARG(begin), ARG_BUFFER(*to->maps), ARG(to->first_texel), ATTRIBUTE_ARGS(scene)),
+        device, &raster->setup, items, (uint64_t)items * RASTER_CHUNK, "set up and bin triangles of depth maps",
+        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ITEM_ARGS(&raster->items, first, items),
+             ARG_BUFFER(raster->views), ARG(columns), BIN_ARGS(&raster->binned)),
         log));
+    TRY(device_launch(device, &raster->bins, (size_t)columns * columns * view_count,
+                      (uint64_t)raster->size_px * raster->size_px * view_count, "raster depth maps",
+                      ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(raster->views), ARG(view_count), ARG(columns),
+                           ARG_BUFFER(raster->items.starts), ARG(first), ARG(items), BIN_ARGS(&raster->binned),
+                           ARG(begin), ARG_BUFFER(*to->maps), ARG(to->first_texel), ATTRIBUTE_ARGS(scene)),
+                      log));
   }
 
 done:
@@ -107,17 +95,17 @@ static Status direct_draw(RasterDepth *raster, Device *device, const DeviceScene
                           const DepthTarget *to, Log *log)
 {
   Status status = STATUS_OK;
-  uint32_t view_count = to->view_count, pass_chunks = raster->pass_chunks / view_count;
-  size_t texels = (size_t)raster->size_px * raster->size_px * view_count;
+  uint32_t tiles = raster->options.pass_tiles ? raster->options.pass_tiles : RASTER_PASS_TILES;
+  size_t texels = (size_t)raster->size_px * raster->size_px * to->view_count;
+  TRY(raster_boxes_reserve(&raster->boxes, device, raster->items.pass, tiles, log));
   TRY(buffer_fill_part(device, to->maps, to->first_texel, texels, far_depth, log));
-  for (uint32_t first = 0; first < triangles->chunk_count; first += pass_chunks) {
-    uint32_t first_triangle = first * RASTER_CHUNK;
-    uint32_t count = smaller(pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
-    uint64_t items = (uint64_t)count * view_count;
+  for (uint32_t first = 0; first < raster->items.count; first += raster->items.pass) {
+    uint32_t items = smaller(raster->items.pass, raster->items.count - first);
+    uint64_t count = (uint64_t)items * RASTER_CHUNK;
     TRY(buffer_zero(device, &raster->boxes.counts, log));
-    TRY(device_launch(device, &raster->small, items, items, "set up triangles of depth maps, raster small ones",
-                      ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first_triangle),
-                           ARG(count), ARG_BUFFER(raster->views), ARG(view_count), ARG_BUFFER(*to->maps),
+    TRY(device_launch(device, &raster->small, count, count, "set up triangles of depth maps, raster small ones",
+                      ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds),
+                           ITEM_ARGS(&raster->items, first, items), ARG_BUFFER(raster->views), ARG_BUFFER(*to->maps),
                            ARG(to->first_texel), BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
                       log));
     const Kernel *large[] = {&raster->split, &raster->draw};
@@ -141,6 +129,8 @@ Status raster_depth_into(RasterDepth *raster, Device *device, const DeviceScene 
   Status status = STATUS_OK;
   const DepthTarget to = {maps, first_texel, view_count};
   TRY(buffer_write(device, &raster->views, views, view_count * sizeof *views, log));
+  TRY(raster_items_find(&raster->items, device, triangles, &raster->views, view_count,
+                        raster_pass_chunks(&raster->options, device, raster->way), log));
   TRY((raster->way == RASTER_WAY_BINS ? bins_draw : direct_draw)(raster, device, scene, triangles, &to, log));
 
 done:

@@ -13,11 +13,13 @@ RasterWay raster_way(const RasterOptions *options, const Device *device)
   return direct ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
 }
 
-uint32_t raster_pass_chunks(const RasterOptions *options, RasterWay way, uint32_t all)
+uint32_t raster_pass_chunks(const RasterOptions *options, const Device *device, RasterWay way)
 {
-  const uint32_t usual = way == RASTER_WAY_DIRECT ? 4096 : 1024;  // 24 and 160 bytes a triangle
-  uint32_t most = options->pass_chunks ? options->pass_chunks : usual;
-  return most < all ? most : all;
+  const bool direct = way == RASTER_WAY_DIRECT;
+  const uint64_t usual = direct ? 4096 : 2048, chunk_bytes = (direct ? 24 : 160) * RASTER_CHUNK;
+  const uint64_t room = device_info(device)->memory_bytes / 8 / chunk_bytes + 1;
+  if (options->pass_chunks) return options->pass_chunks;
+  return (uint32_t)(usual < room ? usual : room);
 }
 
 const char *raster_visibility_path(RasterWay way)

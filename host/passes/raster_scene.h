@@ -17,8 +17,7 @@ typedef enum RasterWay { RASTER_WAY_BEST, RASTER_WAY_BINS, RASTER_WAY_DIRECT } R
 // How to draw. Limits keep the device memory of a pass bounded whatever the scene; 0 is the usual.
 typedef struct RasterOptions {
   RasterWay way;
-  uint32_t views;        // of a camera; 0: one
-  uint32_t pass_chunks;  // of RASTER_CHUNK triangles, set up at a time (raster_pass_chunks)
+  uint32_t pass_chunks;  // of RASTER_CHUNK triangles, times views: set up at a time (raster_pass_chunks)
   uint32_t pass_bins;    // of RASTER_BIN_PX pixels a side, covered at a time (RASTER_PASS_BINS)
   uint32_t pass_tiles;   // that have a place in the list of the direct way, 96 bytes each (RASTER_PASS_TILES)
 } RasterOptions;
@@ -28,8 +27,8 @@ enum { RASTER_PASS_BINS = 4096, RASTER_PASS_TILES = 1 << 19 };
 // The way on this device: direct where LANES is 1 and the device is a GPU with 64-bit atomics.
 RasterWay raster_way(const RasterOptions *options, const Device *device);
 
-// Chunks of a pass, for a scene of `all` of them (or of chunks times views).
-uint32_t raster_pass_chunks(const RasterOptions *options, RasterWay way, uint32_t all);
+// Chunks (times views) that a pass has at most.
+uint32_t raster_pass_chunks(const RasterOptions *options, const Device *device, RasterWay way);
 
 // Builds a program of cl/raster. It knows of the scene's surfaces only where alpha MASK makes it read them.
 Status raster_program(Program **out, Device *device, const DeviceScene *scene, const char *path, Log *log);

@@ -15,49 +15,35 @@ static uint32_t larger(uint32_t a, uint32_t b) { return a > b ? a : b; }
 
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 
-static Status bins_make(RasterVisibility *raster, Device *device, const DeviceScene *scene,
-                        const RasterOptions *options, Log *log)
+static Status kernels_make(RasterVisibility *raster, Device *device, const DeviceScene *scene, Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
   TRY(raster_program(&program, device, scene, raster_visibility_path(raster->way), log));
-  TRY(program_kernel(&raster->setup, program, "visibility_setup", log));
-  TRY(program_kernel(&raster->bins, program, "visibility_bins", log));
-  TRY(raster_bins_make(&raster->binned, device, raster->pass_chunks, VISIBLE_WORDS, log));
-
-done:
-  return status;
-}
-
-static Status direct_make(RasterVisibility *raster, Device *device, const DeviceScene *scene,
-                          const RasterOptions *options, Log *log)
-{
-  Status status = STATUS_OK;
-  Program *program = NULL;
-  TRY(raster_program(&program, device, scene, raster_visibility_path(raster->way), log));
-  TRY(program_kernel(&raster->small, program, "visibility_small", log));
-  TRY(program_kernel(&raster->split, program, "visibility_split", log));
-  TRY(program_kernel(&raster->draw, program, "visibility_tiles", log));
-  TRY(program_kernel(&raster->resolve, program, "visibility_resolve", log));
-  TRY(raster_boxes_make(&raster->boxes, device, raster->pass_chunks,
-                        options->pass_tiles ? options->pass_tiles : RASTER_PASS_TILES, log));
+  TRY(raster_items_make(&raster->items, program, RASTER_SIGHT_CAMERA, log));
+  if (raster->way == RASTER_WAY_BINS) {
+    TRY(program_kernel(&raster->setup, program, "visibility_setup", log));
+    TRY(program_kernel(&raster->bins, program, "visibility_bins", log));
+  } else {
+    TRY(program_kernel(&raster->small, program, "visibility_small", log));
+    TRY(program_kernel(&raster->split, program, "visibility_split", log));
+    TRY(program_kernel(&raster->draw, program, "visibility_tiles", log));
+    TRY(program_kernel(&raster->resolve, program, "visibility_resolve", log));
+  }
 
 done:
   return status;
 }
 
 Status raster_visibility_make(RasterVisibility *out, Device *device, const DeviceScene *scene,
-                              const RasterScene *triangles, const RasterOptions *options, Log *log)
+                              const RasterOptions *options, Log *log)
 {
   Status status = STATUS_OK;
-  RasterVisibility raster = {.way = raster_way(options, device)};
-  raster.pass_bins = options->pass_bins ? options->pass_bins : RASTER_PASS_BINS;
-  uint32_t views = options->views ? options->views : 1;
-  raster.pass_chunks = larger(raster_pass_chunks(options, raster.way, triangles->chunk_count * views), views);
+  RasterVisibility raster = {.way = raster_way(options, device), .options = *options};
   TRY(buffer_create(&raster.hidden, device, 2 * sizeof(uint32_t), NULL, "what is left out", log));
   TRY(buffer_create(&raster.costs, device, RASTER_COSTS * sizeof(uint32_t), NULL, "costs", log));
   TRY(buffer_zero(device, &raster.costs, log));
-  TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, scene, options, log));
+  TRY(kernels_make(&raster, device, scene, log));
   *out = raster;
   raster = (RasterVisibility){0};
 
@@ -74,12 +60,7 @@ static Status views_write(RasterVisibility *raster, Device *device, const Camera
   if (!views) return log_no_memory(log, "camera");
   for (uint32_t i = 0; i < camera->view_count; i++) views[i] = raster_view_of_camera(&camera->views[i]);
   raster->view_count = camera->view_count;
-  if (raster->views.bytes < bytes) {
-    buffer_free(&raster->views);
-    TRY(buffer_create(&raster->views, device, bytes, views, "camera", log));
-  } else {
-    TRY(buffer_write(device, &raster->views, views, bytes, log));
-  }
+  TRY(buffer_put(&raster->views, device, bytes, views, "camera", log));
 
 done:
   free(views);
@@ -89,43 +70,46 @@ done:
 Status raster_visibility_hide(RasterVisibility *raster, Device *device, const uint32_t (*ranges)[2], uint32_t count,
                               Log *log)
 {
-  Status status = STATUS_OK;
-  size_t bytes = count * sizeof *ranges;
   raster->hidden_count = count;
   raster->ready = false;
-  if (count == 0) return STATUS_OK;
-  if (raster->hidden.bytes < bytes) {
-    buffer_free(&raster->hidden);
-    TRY(buffer_create(&raster->hidden, device, bytes, ranges, "what is left out", log));
-  } else {
-    TRY(buffer_write(device, &raster->hidden, ranges, bytes, log));
-  }
+  return buffer_put(&raster->hidden, device, count * sizeof *ranges, ranges, "what is left out", log);
+}
+
+// Room for the bins of a pass.
+static Status bins_aim(RasterVisibility *raster, Device *device, const CameraInfo *info, uint32_t capacity, Log *log)
+{
+  uint32_t rows = divide_up(info->height, RASTER_BIN_PX);
+  // A wave may touch one row of bins more than its tiles fill.
+  uint32_t wave_rows = divide_up(capacity / TILE_PIXELS, info->tiles_per_row * BIN_TILES) + 1;
+  uint32_t pass_bins = raster->options.pass_bins ? raster->options.pass_bins : RASTER_PASS_BINS;
+  raster->columns = divide_up(info->width, RASTER_BIN_PX);
+  bool whole = raster->view_count > 1 || raster->columns * rows <= pass_bins;
+  raster->pass_rows = whole ? rows : smaller(rows, wave_rows);
+  return raster_bins_reserve(&raster->binned, device, raster->items.pass, (size_t)raster->columns * raster->pass_rows,
+                             VISIBLE_WORDS, log);
+}
+
+static Status direct_aim(RasterVisibility *raster, Device *device, const CameraInfo *info, uint32_t capacity, Log *log)
+{
+  Status status = STATUS_OK;
+  uint32_t tiles = raster->options.pass_tiles ? raster->options.pass_tiles : RASTER_PASS_TILES;
+  TRY(raster_boxes_reserve(&raster->boxes, device, raster->items.pass, tiles, log));
+  TRY(buffer_reserve(&raster->keys, device, capacity * sizeof(uint64_t), "visibility", log));
 
 done:
   return status;
 }
 
-Status raster_visibility_aim(RasterVisibility *raster, Device *device, const CameraRays *camera, uint32_t samples,
-                             uint32_t capacity, Log *log)
+Status raster_visibility_aim(RasterVisibility *raster, Device *device, const RasterScene *triangles,
+                             const CameraRays *camera, uint32_t samples, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
-  const CameraInfo *info = &camera->info;
   TRY(views_write(raster, device, camera, log));
+  TRY(raster_items_find(&raster->items, device, triangles, &raster->views, raster->view_count,
+                        raster_pass_chunks(&raster->options, device, raster->way), log));
   raster->samples = samples;
   raster->ready = false;
-  if (raster->way == RASTER_WAY_BINS) {
-    uint32_t rows = divide_up(info->height, RASTER_BIN_PX);
-    // A wave may touch one row of bins more than its tiles fill.
-    uint32_t wave_rows = divide_up(capacity / TILE_PIXELS, info->tiles_per_row * BIN_TILES) + 1;
-    raster->columns = divide_up(info->width, RASTER_BIN_PX);
-    bool whole = raster->view_count > 1 || raster->columns * rows <= raster->pass_bins;
-    raster->pass_rows = whole ? rows : smaller(rows, wave_rows);
-    TRY(raster_bins_divide(&raster->binned, device, raster->pass_chunks, (size_t)raster->columns * raster->pass_rows,
-                           log));
-  } else if (raster->keys.bytes < capacity * sizeof(uint64_t)) {
-    buffer_free(&raster->keys);
-    TRY(buffer_create(&raster->keys, device, capacity * sizeof(uint64_t), NULL, "visibility", log));
-  }
+  TRY((raster->way == RASTER_WAY_BINS ? bins_aim : direct_aim)(raster, device, &camera->info, capacity, log));
 
 done:
   return status;
@@ -135,6 +119,7 @@ void raster_visibility_free(RasterVisibility *raster)
 {
   Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->small, &raster->split, &raster->draw, &raster->resolve};
   for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
+  raster_items_free(&raster->items);
   raster_bins_free(&raster->binned);
   raster_boxes_free(&raster->boxes);
   buffer_free(&raster->views);
@@ -152,7 +137,7 @@ static uint32_t bin_of(const RasterVisibility *raster, const CameraInfo *info, u
   return row * raster->columns + tile % row_tiles / (BIN_TILES * height);
 }
 
-// Bin rows [wave_row, wave_row + wave_rows) of the wave, by passes over the scene's chunks.
+// Bin rows [wave_row, wave_row + wave_rows) of the wave, by passes over the items.
 static Status bins_draw(RasterVisibility *raster, Device *device, const DeviceScene *scene,
                         const RasterScene *triangles, const CameraRays *camera, const Wave *wave, uint32_t wave_row,
                         uint32_t wave_rows, const HitStream *hits, uint32_t capacity, Log *log)
@@ -168,26 +153,28 @@ static Status bins_draw(RasterVisibility *raster, Device *device, const DeviceSc
     first_bin = wave->first_tile / (BIN_TILES * BIN_TILES);
     end_bin = last_tile / (BIN_TILES * BIN_TILES) + 1;
   }
-  uint32_t bin_count = end_bin - first_bin, pass_chunks = raster->pass_chunks / raster->view_count;
+  uint32_t bin_count = end_bin - first_bin;
   bool whole = raster->pass_rows == all_rows;
   uint32_t first_row = whole ? 0 : wave_row, rows = whole ? all_rows : wave_rows, begin = 1;
-  for (uint32_t first = 0; first < triangles->chunk_count || begin; first += pass_chunks, begin = 0) {
-    uint32_t chunks = smaller(pass_chunks, triangles->chunk_count - first), items = chunks * raster->view_count;
+  for (uint32_t first = 0; first < raster->items.count || begin; first += raster->items.pass, begin = 0) {
+    uint32_t items = smaller(raster->items.pass, raster->items.count - first);
     if (!raster->ready)
-      TRY(device_launch(device, &raster->setup, items, (uint64_t)items * RASTER_CHUNK, "set up and bin triangles",
-                        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first), ARG(chunks),
-                             ARG_BUFFER(raster->views), ARG(raster->view_count), ARG_BUFFER(raster->hidden),
-                             ARG(raster->hidden_count), ARG_BUFFER(camera->offsets), ARG(raster->samples),
-                             ARG(raster->columns), ARG(first_row), ARG(rows), BIN_ARGS(&raster->binned)),
-                        log));
-    raster->ready = whole && chunks == triangles->chunk_count;
+      TRY(device_launch(
+          device, &raster->setup, items, (uint64_t)items * RASTER_CHUNK, "set up and bin triangles",
+          ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ITEM_ARGS(&raster->items, first, items),
+               ARG_BUFFER(raster->views), ARG_BUFFER(raster->hidden), ARG(raster->hidden_count),
+               ARG_BUFFER(camera->offsets), ARG(raster->samples), ARG(raster->columns), ARG(first_row), ARG(rows),
+               BIN_ARGS(&raster->binned)),
+          log));
+    raster->ready = whole && items == raster->items.count;
     TRY(device_launch(
         device, &raster->bins, (size_t)bin_count * wave->sample_count, wave_rays(wave), "raster camera visibility",
         ARGS(ARG_BUFFER(camera->cameras), ARG(raster->view_count), ARG_BUFFER(camera->offsets), ARG(wave->first_tile),
              ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count), ARG(raster->columns),
              ARG(view_bins), ARG(first_row), ARG(rows), ARG(first_bin), ARG(bin_count), ARG_BUFFER(triangles->blocks),
-             ARG(chunks), BIN_ARGS(&raster->binned), ARG(begin), ARG(info->near_m), ARG(capacity),
-             ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids), ARG_BUFFER(raster->costs), ATTRIBUTE_ARGS(scene)),
+             ARG_BUFFER(raster->items.starts), ARG(first), ARG(items), BIN_ARGS(&raster->binned), ARG(begin),
+             ARG(info->near_m), ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids), ARG_BUFFER(raster->costs),
+             ATTRIBUTE_ARGS(scene)),
         log));
   }
 
@@ -195,23 +182,22 @@ done:
   return status;
 }
 
-// The wave in two sizes of triangles, by passes over the scene's chunks, and then the hits.
+// The wave in two sizes of triangles, by passes over the items, and then the hits.
 static Status direct_draw(RasterVisibility *raster, Device *device, const DeviceScene *scene,
                           const RasterScene *triangles, const CameraRays *camera, const Wave *wave,
                           const HitStream *hits, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
   const CameraInfo *info = &camera->info;
-  uint32_t slots = wave_rays(wave), pass_chunks = raster->pass_chunks / raster->view_count;
+  uint32_t slots = wave_rays(wave);
   TRY(buffer_fill_words(device, &raster->keys, 0xffffffffu, log));
-  for (uint32_t first = 0; first < triangles->chunk_count; first += pass_chunks) {
-    uint32_t first_triangle = first * RASTER_CHUNK;
-    uint32_t count = smaller(pass_chunks, triangles->chunk_count - first) * RASTER_CHUNK;
-    uint64_t items = (uint64_t)count * raster->view_count;
+  for (uint32_t first = 0; first < raster->items.count; first += raster->items.pass) {
+    uint32_t items = smaller(raster->items.pass, raster->items.count - first);
+    uint64_t count = (uint64_t)items * RASTER_CHUNK;
     TRY(buffer_zero(device, &raster->boxes.counts, log));
     TRY(device_launch(
-        device, &raster->small, items, items, "set up triangles, raster small ones",
-        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first_triangle), ARG(count),
+        device, &raster->small, count, count, "set up triangles, raster small ones",
+        ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ITEM_ARGS(&raster->items, first, items),
              ARG_BUFFER(raster->views), ARG_BUFFER(camera->cameras), ARG(raster->view_count),
              ARG_BUFFER(raster->hidden), ARG(raster->hidden_count), ARG_BUFFER(camera->offsets), ARG(wave->first_tile),
              ARG(wave->tile_count), ARG(wave->first_sample), ARG(wave->sample_count), ARG(info->near_m),

@@ -4,6 +4,7 @@
 
 #include "passes/camera_rays.h"
 #include "passes/raster_bins.h"
+#include "passes/raster_items.h"
 #include "passes/raster_scene.h"
 
 typedef struct RasterVisibility {
@@ -13,25 +14,26 @@ typedef struct RasterVisibility {
   DeviceBuffer views;                  // RasterView [view_count]
   DeviceBuffer hidden;                 // ranges of triangle ids, [hidden_count][2]
   uint32_t view_count, hidden_count;
-  RasterBins binned;                // of one pass
-  DeviceBuffer keys;                // by slot, 64 bits
-  RasterBoxes boxes;                // of one pass
-  DeviceBuffer costs;               // RASTER_COSTS
-  uint32_t pass_chunks, pass_bins;  // that a pass may have
-  uint32_t samples;                 // of the camera
-  uint32_t columns, pass_rows;      // bins across a view; rows of bins of a pass, of each view
-  bool ready;                       // the bins hold the whole scene for the whole picture
+  RasterOptions options;
+  RasterItems items;
+  RasterBins binned;            // of one pass
+  DeviceBuffer keys;            // by slot, 64 bits
+  RasterBoxes boxes;            // of one pass
+  DeviceBuffer costs;           // RASTER_COSTS
+  uint32_t samples;             // of the camera
+  uint32_t columns, pass_rows;  // bins across a view; rows of bins of a pass, of each view
+  bool ready;                   // the bins hold the whole scene for the whole picture
 } RasterVisibility;
 
-// For a scene and its triangles, or others alike. Errors: those of program_build, buffer_create.
+// For a scene, or others alike. Errors: those of program_build, buffer_create.
 Status raster_visibility_make(RasterVisibility *out, Device *device, const DeviceScene *scene,
-                              const RasterScene *triangles, const RasterOptions *options, Log *log);
+                              const RasterOptions *options, Log *log);
 void raster_visibility_free(RasterVisibility *raster);
 
 // Takes a camera, for waves of up to `capacity` slots: before the first wave of each picture. Errors: those of
 // buffer_create.
-Status raster_visibility_aim(RasterVisibility *raster, Device *device, const CameraRays *camera, uint32_t samples,
-                             uint32_t capacity, Log *log);
+Status raster_visibility_aim(RasterVisibility *raster, Device *device, const RasterScene *triangles,
+                             const CameraRays *camera, uint32_t samples, uint32_t capacity, Log *log);
 
 // From now on triangles whose ids are in [ranges[i][0], ranges[i][1]) are not there. Before raster_visibility_aim.
 // Cost: a comparison a range and triangle. Errors: those of buffer_create.

@@ -41,7 +41,7 @@ static Status light_draw(const ShadowMaps *maps, Device *device, const DeviceSce
   RasterView views[SHADOW_VIEWS_MOST];
   const ShadowInfo *info = &fit->info;
   for (uint32_t i = 0; i < info->view_count; i++) views[i] = fit->views[i].raster;
-  TRY(raster_depth_make(&raster, device, scene, triangles, info->size_px, info->view_count, &(RasterOptions){0}, log));
+  TRY(raster_depth_make(&raster, device, scene, info->size_px, info->view_count, &(RasterOptions){0}, log));
   TRY(raster_depth_into(&raster, device, scene, triangles, views, info->view_count, &maps->maps, info->first_texel,
                         log));
 

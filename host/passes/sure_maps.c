@@ -29,7 +29,6 @@ static Status bins_make(SureRaster *raster, Device *device, Log *log)
   TRY(program_build(&program, device, "raster/shadow_texels.cl", "", log));
   TRY(program_kernel(&raster->setup, program, "shadow_setup", log));
   TRY(program_kernel(&raster->bins, program, "shadow_bins", log));
-  TRY(raster_bins_make(&raster->binned, device, raster->pass_chunks, SURE_WORDS, log));
 
 done:
   return status;
@@ -71,8 +70,8 @@ Status sure_raster_make(SureRaster *out, Device *device, const RasterScene *tria
   SureRaster raster = {.way = options->way};
   bool direct = device_info(device)->is_gpu && device_traits(device)->lanes == 1;
   if (raster.way == RASTER_WAY_BEST) raster.way = direct ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
-  raster.pass_chunks =
-      raster_pass_chunks(options, pass_way(&raster, device), triangles->chunk_count * SHADOW_VIEWS_MOST);
+  const uint32_t all = triangles->chunk_count * SHADOW_VIEWS_MOST;
+  raster.pass_chunks = smaller(raster_pass_chunks(options, device, pass_way(&raster, device)), all);
   if (raster.pass_chunks < SHADOW_VIEWS_MOST) raster.pass_chunks = SHADOW_VIEWS_MOST;
   TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, log));
   *out = raster;
@@ -175,7 +174,7 @@ static Status bins_divide(SureRaster *raster, Device *device, uint32_t columns, 
   Status status = STATUS_OK;
   size_t bins = (size_t)columns * columns, bytes = views * (bins + 1) * sizeof(uint32_t);
   if (raster->way == RASTER_WAY_BINS)
-    return raster_bins_divide(&raster->binned, device, raster->pass_chunks, bins, log);
+    return raster_bins_reserve(&raster->binned, device, raster->pass_chunks, bins, SURE_WORDS, log);
   if (raster->starts.memory && raster->starts.bytes >= bytes) return STATUS_OK;
   DeviceBuffer *buffers[] = {&raster->counts, &raster->starts, &raster->ends};
   for (int i = 0; i < 3; i++) {

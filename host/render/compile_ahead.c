@@ -151,8 +151,8 @@ static Status raster_compile(Frame *frame, const Wave *wave, Log *log)
   Device *device = frame->device;
   const RasterOptions options = {0};
   TRY(raster_scene_make(&frame->raster_scene, device, frame->scene, &options, log));
-  TRY(raster_visibility_make(&frame->raster, device, frame->scene, &frame->raster_scene, &options, log));
-  TRY(raster_visibility_aim(&frame->raster, device, &frame->camera, 1, TILE_PIXELS, log));
+  TRY(raster_visibility_make(&frame->raster, device, frame->scene, &options, log));
+  TRY(raster_visibility_aim(&frame->raster, device, &frame->raster_scene, &frame->camera, 1, TILE_PIXELS, log));
   TRY(raster_visibility(&frame->raster, device, frame->scene, &frame->raster_scene, &frame->camera, wave, &frame->hits,
                         TILE_PIXELS, log));
   TRY(device_finish(device, log));

@@ -63,9 +63,9 @@ static Status raster_make(Frame *frame, Log *log)
     TRY(shadow_hybrid_make(&frame->shadow_hybrid, frame->device, frame->scene, plan, &frame->camera.info,
                            frame->capacity, log));
   if (!raster) goto done;
-  TRY(raster_visibility_make(&frame->raster, frame->device, frame->scene, &frame->raster_scene, &options, log));
-  TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->camera, frame->request.samples, frame->capacity,
-                            log));
+  TRY(raster_visibility_make(&frame->raster, frame->device, frame->scene, &options, log));
+  TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->raster_scene, &frame->camera, frame->request.samples,
+                            frame->capacity, log));
 
 done:
   return status;

@@ -107,7 +107,7 @@ Status planar_prepare(Frame *frame, const FlatMirror *mirrors, uint32_t count, L
   TRY(planar_make(&frame->planar, frame->device, frame->scene, plane_of_object, log));
   frame->planar.left_out = left_out;
   if (kept == 0) goto done;
-  TRY(raster_visibility_make(&raster, frame->device, frame->scene, &frame->raster_scene, &(RasterOptions){0}, log));
+  TRY(raster_visibility_make(&raster, frame->device, frame->scene, &(RasterOptions){0}, log));
   for (uint32_t i = 0; i < kept; i++) TRY(plane_draw(frame, &planes[i], &raster, log));
 
 done:

@@ -35,7 +35,8 @@ static Status visibility_draw(RasterStages *stages)
   Status status = STATUS_OK;
   Wave wave = {0, stages->tiles, 0, 1};
   uint32_t capacity = stages->tiles * TILE_PIXELS;
-  TRY(raster_visibility_aim(&stages->visibility, stages->base.device, &stages->camera, 1, capacity, &stages->base.log));
+  TRY(raster_visibility_aim(&stages->visibility, stages->base.device, &stages->triangles, &stages->camera, 1, capacity,
+                            &stages->base.log));
   TRY(raster_visibility(&stages->visibility, stages->base.device, &stages->base.device_scene, &stages->triangles,
                         &stages->camera, &wave, &stages->hits, capacity, &stages->base.log));
 
@@ -49,7 +50,8 @@ static Status capture_draw(Frame *frame, Log *log)
   Status status = STATUS_OK;
   uint32_t tiles = frame->camera.info.tiles_per_row * camera_tile_rows(&frame->camera);
   uint32_t most = frame->capacity / TILE_PIXELS;
-  TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->camera, 1, frame->capacity, log));
+  TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->raster_scene, &frame->camera, 1, frame->capacity,
+                            log));
   for (uint32_t tile = 0; tile < tiles; tile += most) {
     Wave wave = {tile, tiles - tile < most ? tiles - tile : most, 0, 1};
     TRY(frame_render_wave(frame, &wave, log));
@@ -83,14 +85,14 @@ static Status capture_prepare(Frame *out, RasterStages *stages, const FrameReque
   Log *log = &stages->base.log;
   CameraInfo views[6];
   const float center[1][2] = {{0.5f, 0.5f}};
-  const RasterOptions options = {.views = 6};
+  const RasterOptions options = {0};
   TRY(frame_make(out, device, &stages->lit_scene, request, log));
   cube_cameras(views, size, vec3_from_floats(stages->views.cube_center),
                (float)(4e-5 * stages->base.device_scene.extent_m));
   camera_rays_free(&out->camera);
   TRY(camera_rays_make_views(&out->camera, device, views, 6, center, 1, log));
   raster_visibility_free(&out->raster);
-  TRY(raster_visibility_make(&out->raster, device, &stages->lit_scene, &out->raster_scene, &options, log));
+  TRY(raster_visibility_make(&out->raster, device, &stages->lit_scene, &options, log));
 
 done:
   return status;
@@ -146,10 +148,9 @@ static Status passes_make(RasterStages *stages)
   info.far_m = INFINITY;  // as in OpenGL's matrix above
   stages->tiles = info.tiles_per_row * (HEIGHT / TILE_SIZE);
   TRY(raster_scene_make(&stages->triangles, device, scene, &usual, log));
-  for (int i = 0; i < MAPS; i++)
-    TRY(raster_depth_make(&stages->maps[i], device, scene, &stages->triangles, map_px[i], 1, &usual, log));
-  TRY(raster_depth_make(&stages->cube, device, scene, &stages->triangles, CUBE_PX, 6, &usual, log));
-  TRY(raster_visibility_make(&stages->visibility, device, scene, &stages->triangles, &usual, log));
+  for (int i = 0; i < MAPS; i++) TRY(raster_depth_make(&stages->maps[i], device, scene, map_px[i], 1, &usual, log));
+  TRY(raster_depth_make(&stages->cube, device, scene, CUBE_PX, 6, &usual, log));
+  TRY(raster_visibility_make(&stages->visibility, device, scene, &usual, log));
   TRY(camera_rays_make(&stages->camera, device, &info, 1, log));
   TRY(hit_stream_make(&stages->hits, device, stages->tiles * TILE_PIXELS, log));
 

@@ -133,8 +133,8 @@ static Status visibility_direct(Device *device, const DeviceScene *scene)
   HitStream hits = {0};
   TRY(camera_rays_make(&rays, device, &info, 1, &picture_log));
   TRY(raster_scene_make(&triangles, device, scene, &options, &picture_log));
-  TRY(raster_visibility_make(&raster, device, scene, &triangles, &options, &picture_log));
-  TRY(raster_visibility_aim(&raster, device, &rays, 1, count, &picture_log));
+  TRY(raster_visibility_make(&raster, device, scene, &options, &picture_log));
+  TRY(raster_visibility_aim(&raster, device, &triangles, &rays, 1, count, &picture_log));
   TRY(hit_stream_make(&hits, device, count, &picture_log));
   TRY(raster_visibility(&raster, device, scene, &triangles, &rays, &wave, &hits, count, &picture_log));
   TRY(device_finish(device, &picture_log));
@@ -161,7 +161,7 @@ static Status depth_maps(Device *device, const DeviceScene *scene, RasterWay way
   RasterDepth raster = {0};
   float maps[SIZE * SIZE * VIEWS];
   TRY(raster_scene_make(&triangles, device, scene, &options, &picture_log));
-  TRY(raster_depth_make(&raster, device, scene, &triangles, SIZE, VIEWS, &options, &picture_log));
+  TRY(raster_depth_make(&raster, device, scene, SIZE, VIEWS, &options, &picture_log));
   TRY(raster_depth(&raster, device, scene, &triangles, views, VIEWS, &picture_log));
   TRY(buffer_read(device, &raster.maps, maps, sizeof maps, &picture_log));
   for (int i = 0; i < SIZE * SIZE * VIEWS; i++)

@@ -48,8 +48,7 @@ float *maps_draw(RasterFixture *fixture, const RasterView *views, uint32_t view_
   uint32_t size = views[0].width;
   size_t texels = (size_t)size * size;
   all.way = variant == RASTER_DIRECT_1 ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
-  raster_assert_ok(
-      raster_depth_make(&raster, device, &fixture->scene, &fixture->triangles, size, view_count, &all, &raster_log));
+  raster_assert_ok(raster_depth_make(&raster, device, &fixture->scene, size, view_count, &all, &raster_log));
   raster_assert_ok(raster_depth(&raster, device, &fixture->scene, &fixture->triangles, views, view_count, &raster_log));
   float *blocks = oracle_array(texels * view_count, sizeof *blocks),
         *rows = oracle_array(texels * view_count, sizeof *rows);

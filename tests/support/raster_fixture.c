@@ -208,12 +208,11 @@ RasterHits raster_hits(RasterFixture *fixture, const RasterShot *shot, RasterVar
   all.way = variant == RASTER_DIRECT_1 ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
   shooting_begin(&shooting, shot);
   RasterHits hits = hits_make(shooting.tiles * TILE_PIXELS * shot->samples);
-  all.views = shooting.camera.view_count;
   if (!raster->views.memory)
-    raster_assert_ok(raster_visibility_make(raster, device, &fixture->scene, &fixture->triangles, &all, &raster_log));
+    raster_assert_ok(raster_visibility_make(raster, device, &fixture->scene, &all, &raster_log));
   raster_assert_ok(raster_visibility_hide(raster, device, &shot->hidden, shot->hidden[1] > 0, &raster_log));
-  raster_assert_ok(
-      raster_visibility_aim(raster, device, &shooting.camera, shot->samples, shooting.capacity, &raster_log));
+  raster_assert_ok(raster_visibility_aim(raster, device, &fixture->triangles, &shooting.camera, shot->samples,
+                                         shooting.capacity, &raster_log));
   for (Wave wave = {0}; wave_next(&wave, &shooting, shot);) {
     raster_assert_ok(raster_visibility(raster, device, &fixture->scene, &fixture->triangles, &shooting.camera, &wave,
                                        &shooting.hits, shooting.capacity, &raster_log));

@@ -1,0 +1,29 @@
+// What raster stages set up: the chunks of triangles that each view of a table may see. Most of a large scene is in one
+// or two of a cube's six faces.
+#pragma once
+
+#include "passes/raster_scene.h"
+
+typedef struct RasterItems {
+  Kernel seen;          // cl/raster/chunks_seen.cl
+  DeviceBuffer flags;   // by view and chunk, where there are many
+  DeviceBuffer items;   // RasterItem [count], view by view
+  DeviceBuffer starts;  // the first item of each view, [view_count + 1]
+  uint32_t count;
+  uint32_t pass;  // as many of them as a pass may have
+} RasterItems;
+
+// Which planes a view sees by (cl/lib/view.cl).
+typedef enum RasterSight { RASTER_SIGHT_CAMERA, RASTER_SIGHT_MAP } RasterSight;
+
+// Takes the kernel from a program that has it.
+Status raster_items_make(RasterItems *items, Program *program, RasterSight sight, Log *log);
+
+// Lists all chunks for all views. Where a pass cannot have all of them, or several views have many, only what the views
+// may see: 2 ns a chunk and view, waits for the device. Errors: those of buffer_create.
+Status raster_items_find(RasterItems *items, Device *device, const RasterScene *triangles, const DeviceBuffer *views,
+                         uint32_t view_count, uint32_t pass_most, Log *log);
+void raster_items_free(RasterItems *items);
+
+// In the order in which the kernels declare them: items of the pass [first, first + count).
+#define ITEM_ARGS(list, first, count) ARG_BUFFER((list)->items), ARG(first), ARG(count)
