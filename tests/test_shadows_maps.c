@@ -138,6 +138,39 @@ static void pcf_moves_no_edge(void **state)
   scene_free(&scene);
 }
 
+// A GPU's kernel asks texel by texel, a CPU's block by block: up to the rounding of texels that sit on the plane.
+static void pcf_is_the_same_at_every_width(void **state)
+{
+  static const uint32_t kernels_px[] = {1, 3, 7};
+  if (test_on_gpu()) return;
+  Scene scene = scene_floor(true);
+  Camera camera = camera_above();
+  scene_add_light(&scene, light_at(45, true));
+  scene_add_light(&scene, light_at(20, false));
+  for (int k = 0; k < 3; k++) {
+    PictureRequest request = request_of(SHADOWS_NONE);
+    request.lanes = 16;
+    Picture none = picture_render(&scene, &camera, &request);
+    request.settings.shadows = SHADOWS_PCF;
+    request.settings.shadow_options = (ShadowOptions){.map_size_px = 64, .kernel_px = kernels_px[k]};
+    Picture wide = picture_render(&scene, &camera, &request);
+    request.lanes = 1;
+    Picture single = picture_render(&scene, &camera, &request);
+    uint32_t shadowed = 0, apart = 0;
+    for (uint32_t i = 0; i < WIDTH * HEIGHT; i++) {
+      float a = wide.radiance[i][1], b = single.radiance[i][1];
+      shadowed += a < 0.99f * none.radiance[i][1];
+      apart += !(fabsf(a - b) <= 1e-4f * fabsf(a));
+    }
+    assert_true(shadowed > WIDTH * HEIGHT / 50);
+    if (apart > WIDTH * HEIGHT / 10000) fail_msg("kernel of %u: %u pixels apart", kernels_px[k], apart);
+    picture_free(&single);
+    picture_free(&wide);
+    picture_free(&none);
+  }
+  scene_free(&scene);
+}
+
 // A light without size has hard shadows, by every method that knows of sizes.
 static void soft_shadows_without_a_radius_are_hard(void **state)
 {
@@ -307,6 +340,7 @@ int main(void)
       cmocka_unit_test(a_bare_plane_has_no_acne),
       cmocka_unit_test(the_error_of_a_map_falls_with_its_size),
       cmocka_unit_test(pcf_moves_no_edge),
+      cmocka_unit_test(pcf_is_the_same_at_every_width),
       cmocka_unit_test(soft_shadows_without_a_radius_are_hard),
       cmocka_unit_test(odd_lights_spoil_nothing),
       cmocka_unit_test(one_triangle_is_a_scene),

@@ -76,39 +76,44 @@ static inline FloatL texel_lit(global const float *map, uint size, const MapPoin
   return min_lane(receiver, one) <= map_fetch(map, size, x, y) ? one : FLOATL(0);  // 1: nothing is there
 }
 
-// Share of a kernel of `size` from `left` on that texel `at` .. `at` + 1 covers.
-static inline __attribute__((overloadable)) float kernel_share(float at, float left, float size)
+#if LANES == 1
+// Share of the kernel's texels that leave the receiver's plane lit. Of each row and column of texels the kernel covers
+// all but the ends, and of these 1 - f and f.
+static inline float lit_by_square(global const float *map, int size, int kernel_px, const MapPoint *at,
+                                  const PlaneDepth *plane)
 {
-  float right = left + size, low = at > left ? at : left, high = at + 1 < right ? at + 1 : right;
-  return high > low ? high - low : 0;
+  float left = at->x - 0.5f * (float)kernel_px, top = at->y - 0.5f * (float)kernel_px, sum = 0;
+  float x0 = floor(left), y0 = floor(top), share_x = left - x0, share_y = top - y0;
+  float receiver = plane->depth - plane->slack + plane->by_x * (x0 + 0.5f - at->x) + plane->by_y * (y0 + 0.5f - at->y);
+  for (int y = 0; y <= kernel_px; y++, receiver += plane->by_y) {
+    int across = clamp((int)y0 + y, 0, size - 1);
+    global const float *blocks = map + (across >> 2) * (size * 4) + (across & 3) * 4;
+    float row = 0, here = receiver;
+    for (int x = 0; x <= kernel_px; x++, here += plane->by_x) {
+      int along = clamp((int)x0 + x, 0, size - 1);
+      bool lit = min(here, 1.0f) <= blocks[(along & ~3) * 4 + (along & 3)];  // 1: nothing is there
+      row += lit ? x == 0 ? 1 - share_x : x == kernel_px ? share_x : 1 : 0;
+    }
+    sum += y == 0 ? row - row * share_y : y == kernel_px ? row * share_y : row;
+  }
+  return sum / (float)(kernel_px * kernel_px);
 }
 
-static inline __attribute__((overloadable)) float16 kernel_share(float16 at, float left, float size)
+static inline float lit_by_kernel(global const float *map, uint size, uint kernel_px, const MapPoint *at,
+                                  const PlaneDepth *plane, UintL id, IntL group)
+{
+  if (kernel_px == 3) return lit_by_square(map, (int)size, 3, at, plane);
+  return lit_by_square(map, (int)size, (int)kernel_px, at, plane);
+}
+#else
+// Share of a kernel of `size` from `left` on that texel `at` .. `at` + 1 covers.
+static inline float16 kernel_share(float16 at, float left, float size)
 {
   float16 first = left, right = left + size, zero = 0;
   float16 low = at > first ? at : first, high = at + 1 < right ? at + 1 : right;
   return high > low ? high - low : zero;
 }
 
-#if LANES == 1
-static inline float lit_by_kernel(global const float *map, uint size, uint kernel_px, const MapPoint *at,
-                                  const PlaneDepth *plane, UintL id, IntL group)
-{
-  float side = (float)kernel_px, left = at->x - 0.5f * side, top = at->y - 0.5f * side, sum = 0, all = 0;
-  int x0 = (int)floor(left), y0 = (int)floor(top);
-  for (int y = y0; y <= y0 + (int)kernel_px; y++) {
-    float row = 0, whole = 0, share_y = kernel_share((float)(y - y0), top - (float)y0, side);
-    for (int x = x0; x <= x0 + (int)kernel_px; x++) {
-      float share = kernel_share((float)(x - x0), left - (float)x0, side);
-      row += share * texel_lit(map, size, at, plane, x, y);
-      whole += share;
-    }
-    sum += share_y * row;
-    all += share_y * whole;
-  }
-  return sum / all;
-}
-#else
 #define CLEAR_BLOCKS 16
 #define CLEAR_LANES 3  // fewer are asked one by one
 
