@@ -71,8 +71,8 @@ static inline bool box_is_small(int x0, int y0, int x1, int y1)
 // what takes long.
 #define TILE_COLUMNS (RASTER_TILE_PX / 8)
 #define TILE_ROWS (RASTER_TILE_PX / 4)
-#if TILE_COLUMNS > 4 || TILE_ROWS > 8
-#error "a tile's pieces are more than a word has bits"
+#if TILE_COLUMNS > 4 || TILE_ROWS > 8 || TILE_ROWS % 4
+#error "a tile's pieces are more than a word has bits, or cannot be shared"
 #endif
 
 static inline int2 piece_start(int2 pixel) { return (int2)(pixel.x & ~7, pixel.y & ~3); }
@@ -89,6 +89,29 @@ static inline uint pieces_within(int2 first, int2 last)
   int2 count = (last - first + (int2)(8, 4)) / (int2)(8, 4);
   uint row = (1u << clamp(count.x, 0, 4)) - 1;
   return count.y >= 8 ? row * 0x11111111u : row * 0x11111111u & ((1u << 4 * max(count.y, 0)) - 1);
+}
+
+// Where tiles are so few that teams would stand idle, two or four teams draw one: each some rows of its pieces.
+typedef struct TileShare {
+  int first_row, end_row;
+} TileShare;
+
+static inline uint tile_teams(uint tiles)
+{
+  uint teams = get_global_size(0) / RASTER_TEAM;
+  return tiles <= teams / 4 ? 4 : tiles <= teams / 2 ? 2 : 1;
+}
+
+static inline TileShare tile_share(uint team, uint teams)
+{
+  int rows = TILE_ROWS / (int)teams;
+  TileShare share = {(int)team * rows, (int)team * rows + rows};
+  return share;
+}
+
+static inline uint share_bits(TileShare share)
+{
+  return 0xffffffffu << 4 * share.first_row & 0xffffffffu >> (32 - 4 * share.end_row);
 }
 
 static inline uint box_columns(int4 bounds) { return (uint)(bounds.z - (bounds.x & ~7)) / RASTER_TILE_PX + 1; }
@@ -152,8 +175,8 @@ static inline RasterBox box_tile(ulong tile, global const RasterBox *boxes, glob
                        min(y + RASTER_TILE_PX - 1, bounds.w)));
 }
 
-// Takes the next tiles of the list, one for each team of a work-group, and returns the first's number; every member
-// calls it. Tiles differ much in what they cost: if a team had every so many, all would wait for the unluckiest. (A
+// Takes the next tiles of the list (or shares of tiles), one for each team of a work-group, and returns the first's
+// number; every member calls it. Tiles differ much in what they cost: if a team had every so many, all would wait for the unluckiest. (A
 // loop that ends by what this returns is compiled right by PoCL 3.1, one that ends by a condition in it is not.)
 static inline uint tiles_take(local ulong *first, global ulong *box_counts)
 {

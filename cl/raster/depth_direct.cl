@@ -89,9 +89,9 @@ static inline global uint *map_of(global uint *maps, const Scope *scope, uint vi
   return maps + view * scope->view->width * scope->view->width;
 }
 
-// Draws a window's texels, all of them or those of a member of a team.
+// Draws a window's texels, all of them or those of a member of a team that has `share`.
 static inline void window_draw(const WindowTriangle *t, int4 window, uint number, const Scope *scope, global uint *map,
-                               bool alone)
+                               bool alone, TileShare share)
 {
   if (alone) {
     for (int y = t->first_y; y <= t->last_y; y++)
@@ -100,8 +100,8 @@ static inline void window_draw(const WindowTriangle *t, int4 window, uint number
     return;
   }
   int2 first = piece_pixel(), last = (int2)(t->last_x, t->last_y), pieces = last / (int2)(8, 4);
-  uint within = pieces_within(first, last), covered = 0;
-  for (int y = 0; y <= pieces.y; y++)
+  uint within = pieces_within(first, last) & share_bits(share), covered = 0;
+  for (int y = share.first_row; y <= min(pieces.y, share.end_row - 1); y++)
     for (int x = 0; x <= pieces.x; x++)
       covered |= (uint)texel_covered(t, first.x + 8 * x, first.y + 4 * y) << (4 * y + x);
   for (covered &= within; covered; covered &= covered - 1) {
@@ -111,14 +111,15 @@ static inline void window_draw(const WindowTriangle *t, int4 window, uint number
 }
 
 // Draws what a triangle that must be clipped has in a box of a tile at most.
-static inline void clipped_draw(const MapTriangle *t, const Scope *scope, RasterBox box, global uint *maps, bool alone)
+static inline void clipped_draw(const MapTriangle *t, const Scope *scope, RasterBox box, global uint *maps, bool alone,
+                                TileShare share)
 {
   WindowTriangle in;
   int4 window = box_window(box);
   ClipPolygon polygon = depth_clip(scope->view, clip_corner(t, 0, 0), clip_corner(t, 1, 0), clip_corner(t, 2, 0));
   for (uint i = 2; i < polygon.count; i++)
     if (window_fan_triangle(&in, &polygon, i, scope->view, window))
-      window_draw(&in, window, box.number, scope, map_of(maps, scope, box.view), alone);
+      window_draw(&in, window, box.number, scope, map_of(maps, scope, box.view), alone, share);
 }
 
 // A tile in the list: the box, view << 1 | must it be clipped, and the triangle in its window.
@@ -159,9 +160,9 @@ static inline void tile_pass(const MapTriangle *t, const WindowTriangle *in, con
   if (place < room)
     tile_store(&tiles[place * RASTER_TILE_VECTORS], box, t->clipped != 0, in);
   else if (t->clipped)
-    clipped_draw(t, scope, box, maps, true);
+    clipped_draw(t, scope, box, maps, true, tile_share(0, 1));
   else
-    window_draw(in, box_window(box), box.number, scope, map_of(maps, scope, box.view), true);
+    window_draw(in, box_window(box), box.number, scope, map_of(maps, scope, box.view), true, tile_share(0, 1));
 }
 
 kernel void depth_small(global const RasterBlock *blocks, global const RasterBounds *bounds,
@@ -219,9 +220,9 @@ kernel void depth_split(global const RasterBlock *blocks, constant RasterView *v
   }
 }
 
-// A team's part of a listed tile.
-static inline void tile_draw(global const uint4 *from, constant RasterView *views, global const RasterBlock *blocks,
-                             const AttributeSources *attributes, global uint *maps)
+// What a member of a team draws of its share of a listed tile.
+static inline void tile_draw(global const uint4 *from, TileShare share, constant RasterView *views,
+                             global const RasterBlock *blocks, const AttributeSources *attributes, global uint *maps)
 {
   WindowTriangle in;
   uint clipped;
@@ -229,9 +230,9 @@ static inline void tile_draw(global const uint4 *from, constant RasterView *view
   Scope scope = {&views[box.view], blocks, attributes};
   if (clipped) {
     MapTriangle t = triangle_setup(&scope, box.number);
-    clipped_draw(&t, &scope, box, maps, false);
+    clipped_draw(&t, &scope, box, maps, false, share);
   } else {
-    window_draw(&in, box_window(box), box.number, &scope, map_of(maps, &scope, box.view), false);
+    window_draw(&in, box_window(box), box.number, &scope, map_of(maps, &scope, box.view), false, share);
   }
 }
 
@@ -241,7 +242,11 @@ kernel void depth_tiles(global const RasterBlock *blocks, constant RasterView *v
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   maps += first_texel;
-  uint count = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), team = get_local_id(0) / RASTER_TEAM;
-  for (uint i = tiles_take(&first, box_counts); i < count; i = tiles_take(&first, box_counts))
-    if (i + team < count) tile_draw(&tiles[(i + team) * RASTER_TILE_VECTORS], views, blocks, &attributes, maps);
+  uint listed = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), teams = tile_teams(listed);
+  uint count = listed * teams, team = get_local_id(0) / RASTER_TEAM;
+  for (uint i = tiles_take(&first, box_counts); i < count; i = tiles_take(&first, box_counts)) {
+    TileShare share = tile_share((i + team) % teams, teams);
+    if (i + team < count)
+      tile_draw(&tiles[(i + team) / teams * RASTER_TILE_VECTORS], share, views, blocks, &attributes, maps);
+  }
 }

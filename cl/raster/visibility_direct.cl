@@ -264,9 +264,9 @@ static inline RasterBox tile_load(Triangle *t, SampleEdges *e, global const uint
   return box;
 }
 
-// A team's part of a tile. Pixels before the bounds are no less within the edges for that.
-static inline void tile_draw(global const uint4 *from, Scope *scope, constant CameraInfo *cameras, uint view_count,
-                             global ulong *keys)
+// What a member of a team draws of its share of a tile. Pixels before the bounds are no less within the edges for that.
+static inline void tile_draw(global const uint4 *from, TileShare share, Scope *scope, constant CameraInfo *cameras,
+                             uint view_count, global ulong *keys)
 {
   Triangle t;
   SampleEdges edges;
@@ -274,12 +274,12 @@ static inline void tile_draw(global const uint4 *from, Scope *scope, constant Ca
   int4 bounds = box_bounds(box);
   scope_turn(scope, cameras, view_count, box.view);
   int2 start = piece_start(bounds.xy), first = start + piece_pixel(), last = (bounds.zw - start) / (int2)(8, 4);
-  uint within = pieces_within(first, bounds.zw);
+  uint within = pieces_within(first, bounds.zw) & share_bits(share);
   for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
     Float2 offset = scope->offsets[scope->wave.first_sample + sample];
-    float down = (float)first.y + offset.y;
     uint met = 0;
-    for (int y = 0; y <= last.y; y++, down += 4) {
+    for (int y = share.first_row; y <= min(last.y, share.end_row - 1); y++) {
+      float down = (float)(first.y + 4 * y) + offset.y;
       float along = (float)first.x + offset.x;
       const float row[3] = {edge_row(&edges, 0, down), edge_row(&edges, 1, down), edge_row(&edges, 2, down)};
       for (int x = 0; x <= last.x; x++, along += 8) met |= (uint)edges_meet(&edges, row, along) << (4 * y + x);
@@ -405,9 +405,13 @@ kernel void visibility_tiles(global const RasterBlock *blocks, constant RasterVi
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Scope scope = {cameras, (uint2)(0), 0, offsets, {first_tile, tile_count, first_sample, sample_count},
                  t_min,   &attributes};
-  uint count = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), team = get_local_id(0) / RASTER_TEAM;
-  for (uint i = tiles_take(&first, box_counts); i < count; i = tiles_take(&first, box_counts))
-    if (i + team < count) tile_draw(&tiles[(i + team) * RASTER_TILE_VECTORS], &scope, cameras, view_count, keys);
+  uint listed = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), teams = tile_teams(listed);
+  uint count = listed * teams, team = get_local_id(0) / RASTER_TEAM;
+  for (uint i = tiles_take(&first, box_counts); i < count; i = tiles_take(&first, box_counts)) {
+    TileShare share = tile_share((i + team) % teams, teams);
+    if (i + team < count)
+      tile_draw(&tiles[(i + team) / teams * RASTER_TILE_VECTORS], share, &scope, cameras, view_count, keys);
+  }
 }
 
 kernel void visibility_resolve(constant CameraInfo *cameras, uint view_count, constant Float2 *offsets, uint first_tile,
