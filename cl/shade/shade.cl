@@ -3,7 +3,8 @@
 //   in    rays, slots, hits, hit_ids   a stream and what trace_closest found, [ray_count]; with shade->from_camera hits
 //                                      alone: the wave's camera rays are made here from cameras and offsets
 //         scene arrays                 host/device_scene
-//   out   radiance[slot]               emission, ambient, environment; light that needs no shadow ray
+//   out   radiance[slot]               emission, ambient, environment; light that needs no shadow ray: added, but for the
+//                                      first batch of camera rays, which sets all slots
 //         shadow_rays, shadow_slots    one stream a light of the batch, weight = radiance if unblocked; after them the
 //                                      environment's own (shared/shade.h); with HAS_SHADOW_MAPS not for lights that
 //                                      have maps (lib/shadow_lookup.cl), with HAS_SURE_MAPS not for what these tell at
@@ -132,12 +133,11 @@ static inline Vec3L surface_own_radiance(const Surface *s, constant ShadeInfo *s
   return select3(s->unlit, s->base, own);
 }
 
-// Rays that leave the scene see the environment, camera rays the background. Of what a lobe's sample finds, the part
-// counts that samples of the image leave to it.
-static inline void shade_misses(IntL missed, Vec3L direction, Vec3L weight, FloatL density, UintL slot,
-                                constant ShadeInfo *shade, constant EnvironmentInfo *environment,
-                                global const Float4 *environment_pixels, global const float *environment_table,
-                                global float4 *radiance)
+// What rays that leave the scene bring: the environment, camera rays the background. Of what a lobe's sample finds, the
+// part counts that samples of the image leave to it.
+static inline Vec3L shade_misses(IntL missed, Vec3L direction, Vec3L weight, FloatL density, constant ShadeInfo *shade,
+                                 constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
+                                 global const float *environment_table)
 {
   Vec3L seen = vec3l(FLOATL(shade->background.x), FLOATL(shade->background.y), FLOATL(shade->background.z));
   if (!(shade->primary && shade->flat_background)) {
@@ -151,7 +151,7 @@ static inline void shade_misses(IntL missed, Vec3L direction, Vec3L weight, Floa
     }
 #endif
   }
-  radiance_add(radiance, slot, missed, mul3(seen, weight));
+  return mul3(seen, weight);
 }
 
 #ifdef HAS_LOBES
@@ -254,6 +254,8 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
 #ifdef HAS_SURE_MAPS
   uint judged = 0;
 #endif
+  const bool begins = shade->from_camera && shade->first_batch;
+  const IntL all = INTL(0) == INTL(0);
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint first = begin; first < end; first += LANES) {
@@ -265,10 +267,19 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
     Vec3L direction = in.direction, weight = in.weight;
     FloatL density = FLOATL(INFINITY);
     if (STREAMS_HAVE_DENSITY && !shade->primary) density = LANE_LOAD(rays + RAY_DENSITY * capacity, first);
-    if (shade->first_batch && any_lane(missed))
-      shade_misses(missed, direction, weight, density, slot, shade, environment, environment_pixels, environment_table,
-                   radiance);
-    if (!any_lane(hit)) continue;
+    Sum sum = {vec3l(zero, zero, zero), zero};
+    if (shade->first_batch && any_lane(missed)) {
+      Vec3L beyond =
+          shade_misses(missed, direction, weight, density, shade, environment, environment_pixels, environment_table);
+      sum.rgb = select3(missed, beyond, sum.rgb);
+    }
+    if (!any_lane(hit)) {
+      if (begins)
+        radiance_store(radiance, slot, all, sum);
+      else if (shade->first_batch)
+        radiance_add(radiance, slot, missed, sum.rgb);
+      continue;
+    }
 
     FloatL u = LANE_LOAD(hits + HIT_U * capacity, first), v = LANE_LOAD(hits + HIT_V * capacity, first);
     Surface s = surface_load(&geometry, &attributes, id, u, v, direction, hit);
@@ -296,10 +307,14 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
     if (shade->reflect)
       sampled.reflects = lit & !s.reflectance.mirror & (s.reflectance.roughness <= FLOATL(shade->max_roughness));
 #endif
-    Sum sum = radiance_load(radiance, slot, hit);
+    if (!begins) {
+      Sum before = radiance_load(radiance, slot, active);
+      sum.rgb = add3(before.rgb, sum.rgb);
+      sum.coverage = before.coverage;
+    }
     if (shade->first_batch) {
-      sum.rgb = add3(sum.rgb, mul3(surface_own_radiance(&s, shade), weight));
-      sum.coverage += coverage;
+      sum.rgb = select3(hit, add3(sum.rgb, mul3(surface_own_radiance(&s, shade), weight)), sum.rgb);
+      sum.coverage += hit ? coverage : zero;
       sum.rgb = environment_light_add(sum.rgb, &sampled, to_eye, nv, shade, environment, environment_pixels,
                                       environment_levels);
     }
@@ -345,7 +360,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                          LANE_AS_FLOAT(id), shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity,
                          shadow_slots + i * capacity, &counts[i]);
     }
-    radiance_store(radiance, slot, hit, sum);
+    radiance_store(radiance, slot, begins ? all : active, sum);
     if (!shade->first_batch) continue;
 
     if (shade->reflect) {

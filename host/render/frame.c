@@ -162,7 +162,7 @@ Status frame_render_wave(Frame *frame, const Wave *wave, Log *log)
     TRY(snapshot_capture_rays(&frame->snapshot_capture, frame->device, wave, bounce.rays, log));
   else if (!bounce.from_camera)
     TRY(camera_rays_generate(frame_camera(frame), frame->device, wave, bounce.rays, log));
-  TRY(buffer_zero(frame->device, &frame->radiance, log));
+  if (!bounce.from_camera) TRY(buffer_zero(frame->device, &frame->radiance, log));
   waiting[waiting_count++] = bounce;
   while (waiting_count > 0) {
     bounce = waiting[--waiting_count];
