@@ -114,6 +114,19 @@ static inline uint share_bits(TileShare share)
   return 0xffffffffu << 4 * share.first_row & 0xffffffffu >> (32 - 4 * share.end_row);
 }
 
+// Pixels whose depth is looked at together: a member waits for memory once, not for each.
+#define PEEKS 4
+
+// Takes the lowest bits; where fewer are left the last stands again.
+static inline void bits_take(uint at[PEEKS], uint *bits)
+{
+#pragma unroll
+  for (uint i = 0; i < PEEKS; i++) {
+    at[i] = *bits ? lowest_bit(*bits) : at[i ? i - 1 : 0];
+    *bits &= *bits - 1;
+  }
+}
+
 static inline uint box_columns(int4 bounds) { return (uint)(bounds.z - (bounds.x & ~7)) / RASTER_TILE_PX + 1; }
 
 static inline uint box_tile_count(RasterBox box)

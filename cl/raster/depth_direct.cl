@@ -59,13 +59,22 @@ static inline bool texel_covered(const WindowTriangle *t, int x, int y)
   return (edge0 | edge1 | edge2) >= 0;
 }
 
-// Draws texel (x, y), which is covered, of the window, whose first texel begins a block.
-static inline void texel_draw(const WindowTriangle *t, int x, int y, int4 window, uint number, const Scope *scope,
-                              global uint *map)
+// The bits of a window's depth at texel (x, y); the window's first texel begins a block.
+static inline uint window_depth(const WindowTriangle *t, int x, int y)
 {
-  uint depth = as_uint(texel_depth(t, block_depth(t, x & ~3, y & ~3), x & 3, y & 3));
-  global uint *texel = &map[depth_map_index((uint)(window.x + x), (uint)(window.y + y), scope->view->width)];
-  if (depth > depth_now(texel)) return;
+  return as_uint(texel_depth(t, block_depth(t, x & ~3, y & ~3), x & 3, y & 3));
+}
+
+static inline global uint *window_texel(int x, int y, int4 window, const Scope *scope, global uint *map)
+{
+  return &map[depth_map_index((uint)(window.x + x), (uint)(window.y + y), scope->view->width)];
+}
+
+// Draws texel (x, y), which is covered and was at depth `now`.
+static inline void texel_draw(global uint *texel, uint depth, uint now, int x, int y, int4 window, uint number,
+                              const Scope *scope)
+{
+  if (depth > now) return;
 #ifdef HAS_MASK
   global const RasterBlock *block = &scope->blocks[number / RASTER_STEP];
   uint slot = number % RASTER_STEP;
@@ -96,7 +105,10 @@ static inline void window_draw(const WindowTriangle *t, int4 window, uint number
   if (alone) {
     for (int y = t->first_y; y <= t->last_y; y++)
       for (int x = t->first_x; x <= t->last_x; x++)
-        if (texel_covered(t, x, y)) texel_draw(t, x, y, window, number, scope, map);
+        if (texel_covered(t, x, y)) {
+          global uint *texel = window_texel(x, y, window, scope, map);
+          texel_draw(texel, window_depth(t, x, y), depth_now(texel), x, y, window, number, scope);
+        }
     return;
   }
   int2 first = piece_pixel(), last = (int2)(t->last_x, t->last_y), pieces = last / (int2)(8, 4);
@@ -104,9 +116,21 @@ static inline void window_draw(const WindowTriangle *t, int4 window, uint number
   for (int y = share.first_row; y <= min(pieces.y, share.end_row - 1); y++)
     for (int x = 0; x <= pieces.x; x++)
       covered |= (uint)texel_covered(t, first.x + 8 * x, first.y + 4 * y) << (4 * y + x);
-  for (covered &= within; covered; covered &= covered - 1) {
-    int2 at = first + piece_offset(lowest_bit(covered));
-    texel_draw(t, at.x, at.y, window, number, scope, map);
+  for (covered &= within; covered;) {
+    uint bit[PEEKS], now[PEEKS];
+    global uint *texel[PEEKS];
+    bits_take(bit, &covered);
+#pragma unroll
+    for (uint i = 0; i < PEEKS; i++) {
+      int2 at = first + piece_offset(bit[i]);
+      texel[i] = window_texel(at.x, at.y, window, scope, map);
+      now[i] = depth_now(texel[i]);
+    }
+#pragma unroll
+    for (uint i = 0; i < PEEKS; i++) {
+      int2 at = first + piece_offset(bit[i]);
+      texel_draw(texel[i], window_depth(t, at.x, at.y), now[i], at.x, at.y, window, number, scope);
+    }
   }
 }
 

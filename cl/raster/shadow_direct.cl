@@ -126,14 +126,14 @@ static inline Texel texel_load(global const ShadowBlock *block, global const Sha
   return texel;
 }
 
-// Stores a texel; rows from `row_count` on, which no texel of the block needs, but for the first are left alone.
+// Stores a texel; rows from `row_count` on, which no texel of the block needs, but for the first are left alone. (With
+// `#pragma unroll` here PoCL 5 loses numbers; compilers for GPUs unroll it all the same.)
 static inline void texel_store(const Texel *texel, global ShadowBlock *block, global ShadowRow *rows, uint block_count,
                                uint entry, uint row_count)
 {
   block->covered[entry] = texel->covered;
   block->rest[entry] = texel->rest;
   if (entry == 0) block->row_count = row_count;
-#pragma unroll
   for (uint k = 0; k < SHADOW_NUMBERS; k++) {
     if (k && k >= row_count) continue;
     global ShadowRow *row = k ? &rows[(k - 1) * block_count] : &block->first;

@@ -285,11 +285,18 @@ static inline void tile_draw(global const uint4 *from, TileShare share, Scope *s
       for (int x = 0; x <= last.x; x++, along += 8) met |= (uint)edges_meet(&edges, row, along) << (4 * y + x);
     }
     met &= within;
-    for (uint bits = met; bits; bits &= bits - 1) {
-      int2 at = first + piece_offset(lowest_bit(bits));
-      uint slot = wave_slot(scope, (uint)at.x, (uint)at.y, sample);
-      bool hidden = slot == HIT_NONE || edges.nearest > depth_now((global const uint *)&keys[slot] + 1);
-      met &= ~((uint)hidden << lowest_bit(bits));
+    for (uint bits = met; bits;) {
+      uint number[PEEKS], depth[PEEKS];
+      bits_take(number, &bits);
+#pragma unroll
+      for (uint i = 0; i < PEEKS; i++) {
+        int2 at = first + piece_offset(number[i]);
+        uint slot = wave_slot(scope, (uint)at.x, (uint)at.y, sample);
+        depth[i] = slot == HIT_NONE ? 0 : depth_now((global const uint *)&keys[slot] + 1);
+        met &= ~((uint)(slot == HIT_NONE) << number[i]);
+      }
+#pragma unroll
+      for (uint i = 0; i < PEEKS; i++) met &= ~((uint)(edges.nearest > depth[i]) << number[i]);
     }
     for (; met; met &= met - 1) {
       int2 at = first + piece_offset(lowest_bit(met));
