@@ -82,7 +82,7 @@ static void views_of_a_table_are_seen_as_rays_see_them(void **state)
       shot.wave_tiles = wave_tiles;
       RasterHits rays = raster_assert_same(&fixture, &shot, "cube");
       assert_true(raster_hits_count(&rays) > 6 * size * size / 2);
-      for (int variant = 0; variant < RASTER_VARIANTS; variant++) {
+      for (int variant = 0; variant < raster_variant_count(); variant++) {
         RasterHits hits = raster_hits(&fixture, &shot, (RasterVariant)variant, &narrow);
         assert_int_equal(raster_hits_differ(&rays, &hits, raster_variant_names[variant]), 0);
         raster_hits_free(&hits);
@@ -112,7 +112,7 @@ static void hidden_triangles_are_not_seen(void **state)
   assert_true(behind > 500);
   shot.hidden[0] = LEFT;
   shot.hidden[1] = ALL;
-  for (int variant = 0; variant < RASTER_VARIANTS; variant++) {
+  for (int variant = 0; variant < raster_variant_count(); variant++) {
     RasterHits hits = raster_hits(&all, &shot, (RasterVariant)variant, NULL);
     assert_int_equal(raster_hits_differ(&rays, &hits, raster_variant_names[variant]), 0);
     raster_hits_free(&hits);
@@ -314,7 +314,7 @@ static void waves_and_passes_change_nothing(void **state)
               {100, {.pass_bins = 1}},
               {300, {.pass_chunks = 3, .pass_bins = 1}}};
   for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
-    for (int variant = 0; variant < RASTER_VARIANTS; variant++) {
+    for (int variant = 0; variant < raster_variant_count(); variant++) {
       shot.wave_tiles = ways[i].wave_tiles;
       RasterHits hits = raster_hits(&fixture, &shot, (RasterVariant)variant, &ways[i].options);
       assert_int_equal(raster_hits_differ(&whole, &hits, "in waves and passes"), 0);

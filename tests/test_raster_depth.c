@@ -210,7 +210,7 @@ static void cube_within_a_mesh_has_no_crack(void **state)
       assert_memory_equal(alone, maps + face * CUBE * CUBE, CUBE * CUBE * sizeof *alone);
       free(alone);
     }
-    for (int variant = 0; variant < RASTER_VARIANTS; variant++) {
+    for (int variant = 0; variant < raster_variant_count(); variant++) {
       const RasterOptions tight = {.pass_chunks = 1, .pass_tiles = 1};
       float *passes = maps_draw(&fixture, views, 6, (RasterVariant)variant, &tight);
       assert_memory_equal(passes, maps, 6 * CUBE * CUBE * sizeof *passes);

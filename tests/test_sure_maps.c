@@ -137,14 +137,14 @@ static void scene_check(const Scene *scene, const Camera *camera, uint32_t size_
     uint32_t named = 0, covered = 0, full = 0;
     if (!shadow_fit(&fit, &fixture.scene.light_infos[light], SHADOWS_HYBRID, &shadow_options, &scope)) continue;
     SureCopy copies[RASTER_VARIANTS];
-    for (int v = 0; v < RASTER_VARIANTS; v++)
+    for (int v = 0; v < raster_variant_count(); v++)
       copies[v] = maps_draw(&fixture, &solids, &fit, (RasterVariant)v, v == RASTER_BINS_16 ? 0 : pass_chunks, INFINITY);
-    for (int v = 1; v < RASTER_VARIANTS; v++)
+    for (int v = 1; v < raster_variant_count(); v++)
       assert_memory_equal(copies[0].tiles, copies[v].tiles, copies[0].tile_count * sizeof(ShadowTile));
     for (uint32_t i = 0; i < 16 * copies[0].block_count; i++) {
       if (!block_is_drawn(&copies[0], i / 16)) continue;
       const ShadowBlock *block = &copies[0].blocks[i / 16];
-      for (int v = 1; v < RASTER_VARIANTS; v++)
+      for (int v = 1; v < raster_variant_count(); v++)
         if (texels_differ(&copies[0], &copies[v], i / 16, i / 16, i % 16, -INFINITY))
           fail_msg("light %u, texel %u of block %u: %s differs", light, i % 16, i / 16, raster_variant_names[v]);
       named += block->first.near[i % 16] > -INFINITY;
@@ -154,7 +154,7 @@ static void scene_check(const Scene *scene, const Camera *camera, uint32_t size_
     printf("light %u: of %u texels %u name triangles, %u not all, %u are covered\n", light, 16 * copies[0].block_count,
            named, full, covered);
     assert_true(named > 0 && covered > 0);
-    for (int v = 0; v < RASTER_VARIANTS; v++) copy_free(&copies[v]);
+    for (int v = 0; v < raster_variant_count(); v++) copy_free(&copies[v]);
   }
   solids_free(&solids);
   raster_fixture_free(&fixture);
@@ -200,7 +200,7 @@ static void marked_tiles_know_what_the_whole_map_knows(void **state)
     if (!shadow_fit(&fit, &fixture.scene.light_infos[light], SHADOWS_HYBRID, &shadow_options, &scope)) continue;
     float close = fit.views[0].raster.parallel ? -0.8f : 0.25f;
     SureCopy whole = maps_draw(&fixture, &solids, &fit, RASTER_BINS_16, 0, INFINITY);
-    for (int v = 0; v < RASTER_VARIANTS; v++) {
+    for (int v = 0; v < raster_variant_count(); v++) {
       SureCopy marked = maps_draw(&fixture, &solids, &fit, (RasterVariant)v, 0, close);
       assert_int_equal(whole.tile_count, marked.tile_count);
       for (uint32_t t = 0; t < marked.tile_count; t++) {

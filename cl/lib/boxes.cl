@@ -114,17 +114,20 @@ static inline uint share_bits(TileShare share)
   return 0xffffffffu << 4 * share.first_row & 0xffffffffu >> (32 - 4 * share.end_row);
 }
 
-// Pixels whose depth is looked at together: a member waits for memory once, not for each.
-#define PEEKS 4
-
-// Takes the lowest bits; where fewer are left the last stands again.
-static inline void bits_take(uint at[PEEKS], uint *bits)
+// Takes the lowest four bits; where fewer are left the last stands again. Depths of four pixels are looked at together:
+// a member then waits for memory once, not for each. (Vectors: of arrays here PoCL 5 loses some.)
+static inline uint4 bits_take(uint *bits)
 {
-#pragma unroll
-  for (uint i = 0; i < PEEKS; i++) {
-    at[i] = *bits ? lowest_bit(*bits) : at[i ? i - 1 : 0];
-    *bits &= *bits - 1;
-  }
+  uint4 at;
+  at.x = lowest_bit(*bits);
+  *bits &= *bits - 1;
+  at.y = *bits ? lowest_bit(*bits) : at.x;
+  *bits &= *bits - 1;
+  at.z = *bits ? lowest_bit(*bits) : at.y;
+  *bits &= *bits - 1;
+  at.w = *bits ? lowest_bit(*bits) : at.z;
+  *bits &= *bits - 1;
+  return at;
 }
 
 static inline uint box_columns(int4 bounds) { return (uint)(bounds.z - (bounds.x & ~7)) / RASTER_TILE_PX + 1; }

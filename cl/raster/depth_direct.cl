@@ -117,20 +117,16 @@ static inline void window_draw(const WindowTriangle *t, int4 window, uint number
     for (int x = 0; x <= pieces.x; x++)
       covered |= (uint)texel_covered(t, first.x + 8 * x, first.y + 4 * y) << (4 * y + x);
   for (covered &= within; covered;) {
-    uint bit[PEEKS], now[PEEKS];
-    global uint *texel[PEEKS];
-    bits_take(bit, &covered);
-#pragma unroll
-    for (uint i = 0; i < PEEKS; i++) {
-      int2 at = first + piece_offset(bit[i]);
-      texel[i] = window_texel(at.x, at.y, window, scope, map);
-      now[i] = depth_now(texel[i]);
-    }
-#pragma unroll
-    for (uint i = 0; i < PEEKS; i++) {
-      int2 at = first + piece_offset(bit[i]);
-      texel_draw(texel[i], window_depth(t, at.x, at.y), now[i], at.x, at.y, window, number, scope);
-    }
+    uint4 bit = bits_take(&covered);
+    int2 a = first + piece_offset(bit.x), b = first + piece_offset(bit.y), c = first + piece_offset(bit.z),
+         d = first + piece_offset(bit.w);
+    global uint *to_a = window_texel(a.x, a.y, window, scope, map), *to_b = window_texel(b.x, b.y, window, scope, map),
+                *to_c = window_texel(c.x, c.y, window, scope, map), *to_d = window_texel(d.x, d.y, window, scope, map);
+    uint4 now = (uint4)(depth_now(to_a), depth_now(to_b), depth_now(to_c), depth_now(to_d));
+    texel_draw(to_a, window_depth(t, a.x, a.y), now.x, a.x, a.y, window, number, scope);
+    texel_draw(to_b, window_depth(t, b.x, b.y), now.y, b.x, b.y, window, number, scope);
+    texel_draw(to_c, window_depth(t, c.x, c.y), now.z, c.x, c.y, window, number, scope);
+    texel_draw(to_d, window_depth(t, d.x, d.y), now.w, d.x, d.y, window, number, scope);
   }
 }
 

@@ -264,6 +264,14 @@ static inline RasterBox tile_load(Triangle *t, SampleEdges *e, global const uint
   return box;
 }
 
+// Bits of the depth that a sample is at; 0 outside the wave.
+static inline uint sample_depth(const Scope *scope, int2 first, uint bit, uint sample, global const ulong *keys)
+{
+  int2 at = first + piece_offset(bit);
+  uint slot = wave_slot(scope, (uint)at.x, (uint)at.y, sample);
+  return slot == HIT_NONE ? 0 : depth_now((global const uint *)&keys[slot] + 1);
+}
+
 // What a member of a team draws of its share of a tile. Pixels before the bounds are no less within the edges for that.
 static inline void tile_draw(global const uint4 *from, TileShare share, Scope *scope, constant CameraInfo *cameras,
                              uint view_count, global ulong *keys)
@@ -286,17 +294,13 @@ static inline void tile_draw(global const uint4 *from, TileShare share, Scope *s
     }
     met &= within;
     for (uint bits = met; bits;) {
-      uint number[PEEKS], depth[PEEKS];
-      bits_take(number, &bits);
-#pragma unroll
-      for (uint i = 0; i < PEEKS; i++) {
-        int2 at = first + piece_offset(number[i]);
-        uint slot = wave_slot(scope, (uint)at.x, (uint)at.y, sample);
-        depth[i] = slot == HIT_NONE ? 0 : depth_now((global const uint *)&keys[slot] + 1);
-        met &= ~((uint)(slot == HIT_NONE) << number[i]);
-      }
-#pragma unroll
-      for (uint i = 0; i < PEEKS; i++) met &= ~((uint)(edges.nearest > depth[i]) << number[i]);
+      uint4 at = bits_take(&bits);
+      uint4 now =
+          (uint4)(sample_depth(scope, first, at.x, sample, keys), sample_depth(scope, first, at.y, sample, keys),
+                  sample_depth(scope, first, at.z, sample, keys), sample_depth(scope, first, at.w, sample, keys));
+      uint hidden = (uint)(edges.nearest > now.x) << at.x | (uint)(edges.nearest > now.y) << at.y |
+                    (uint)(edges.nearest > now.z) << at.z | (uint)(edges.nearest > now.w) << at.w;
+      met &= ~hidden;
     }
     for (; met; met &= met - 1) {
       int2 at = first + piece_offset(lowest_bit(met));

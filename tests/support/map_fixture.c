@@ -66,7 +66,7 @@ float *maps_by_all(RasterFixture *fixture, const RasterView *views, uint32_t vie
 {
   size_t bytes = (size_t)views[0].width * views[0].width * view_count * sizeof(float);
   float *maps = maps_draw(fixture, views, view_count, RASTER_BINS_16, NULL);
-  for (int variant = RASTER_BINS_8; variant < RASTER_VARIANTS; variant++) {
+  for (int variant = RASTER_BINS_8; variant < raster_variant_count(); variant++) {
     float *other = maps_draw(fixture, views, view_count, (RasterVariant)variant, NULL);
     if (memcmp(maps, other, bytes)) fail_msg("%s: not the same map", raster_variant_names[variant]);
     free(other);

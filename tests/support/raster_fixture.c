@@ -42,6 +42,19 @@ int raster_tests_end(void **state)
   return gltf_tests_end(state);
 }
 
+// Of the same kernels with barriers PoCL 5.0 makes now right, now wrong code, from one compilation to the next (Ubuntu
+// 24.04; on PoCL 6 they failed once). PoCL 3.1 does not, and frames on a CPU never take the direct way.
+int raster_variant_count(void)
+{
+  static bool told;
+  const DeviceInfo *info = device_info(device);
+  bool unsound = strstr(info->version, "PoCL") && atof(info->driver) > 3.9;
+  if (unsound && !told)
+    fprintf(stderr, "SKIPPED: the direct way of raster: PoCL %s compiles barriers wrong\n", info->driver);
+  told = true;
+  return unsound ? RASTER_DIRECT_1 : RASTER_VARIANTS;
+}
+
 Device *raster_device(RasterVariant variant)
 {
   DeviceTraits traits = native;
@@ -247,7 +260,7 @@ uint32_t raster_hits_differ(const RasterHits *a, const RasterHits *b, const char
 RasterHits raster_assert_same(RasterFixture *fixture, const RasterShot *shot, const char *what)
 {
   RasterHits rays = raster_hits_by_rays(fixture, shot);
-  for (int variant = 0; variant < RASTER_VARIANTS; variant++) {
+  for (int variant = 0; variant < raster_variant_count(); variant++) {
     RasterHits raster = raster_hits(fixture, shot, (RasterVariant)variant, NULL);
     uint32_t differ = raster_hits_differ(&rays, &raster, what);
     if (differ)

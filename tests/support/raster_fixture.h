@@ -5,7 +5,7 @@
 #include "passes/trace.h"
 #include "support/soup.h"
 
-// Every way that can run on a CPU device; the last two are what GPUs run, work-groups and all.
+// Every way that can run on a CPU device; the last is what GPUs run, work-groups and all.
 typedef enum RasterVariant {
   RASTER_BINS_16,
   RASTER_BINS_8,
@@ -14,6 +14,9 @@ typedef enum RasterVariant {
   RASTER_VARIANTS
 } RasterVariant;
 extern const char *const raster_variant_names[RASTER_VARIANTS];
+
+// Variants that this device's compiler gets right: all of them, or all but the last, and says so.
+int raster_variant_count(void);
 
 // For cmocka's group set-up and tear-down: those of gltf_build.h, and a CPU device.
 int raster_tests_begin(void **state);
