@@ -192,8 +192,9 @@ static inline RasterBox box_tile(ulong tile, global const RasterBox *boxes, glob
 }
 
 // Takes the next tiles of the list (or shares of tiles), one for each team of a work-group, and returns the first's
-// number; every member calls it. Tiles differ much in what they cost: if a team had every so many, all would wait for the unluckiest. (A
-// loop that ends by what this returns is compiled right by PoCL 3.1, one that ends by a condition in it is not.)
+// number; every member calls it. Tiles differ much in what they cost: if a team had every so many, all would wait for
+// the unluckiest. (A loop that ends by what this returns is compiled right by PoCL 3.1, one that ends by a condition in
+// it is not.)
 static inline uint tiles_take(local ulong *first, global ulong *box_counts)
 {
   barrier(CLK_LOCAL_MEM_FENCE);
