@@ -3,8 +3,8 @@
 //   in    rays, slots, hits, hit_ids   a stream and what trace_closest found, [ray_count]; with shade->from_camera hits
 //                                      alone: the wave's camera rays are made here from cameras and offsets
 //         scene arrays                 host/device_scene
-//   out   radiance[slot]               emission, ambient, environment; light that needs no shadow ray: added, but set in
-//                                      all slots by the first batch of camera rays
+//   out   radiance[slot]               emission, ambient, environment; light that needs no shadow ray: added, but the
+//                                      first batch of camera rays sets all slots
 //         shadow_rays, shadow_slots    one stream a light of the batch, weight = radiance if unblocked; after them the
 //                                      environment's own (shared/shade.h); with HAS_SHADOW_MAPS not for lights that
 //                                      have maps (lib/shadow_lookup.cl), with HAS_SURE_MAPS not for what these tell at
