@@ -1,10 +1,10 @@
 // Adds the samples of a wave to the picture's sums, in the order of the samples: the same bits however many samples and
-// tiles a wave holds. The first sample begins the sum.
+// tiles a wave holds.
 //
 //   in    radiance  [ray_count], slots of a wave (shared/stream.h)
 //   out   sums      [height][width], linear radiance and coverage
 //
-//   Cost  16 bytes read a sample, 16 or 32 moved a pixel.
+//   Cost  16 bytes read a sample, 32 moved a pixel.
 
 #include "lib/tile.cl"
 
@@ -15,8 +15,8 @@
 #define ROW 4
 #endif
 
-kernel void accumulate(constant CameraInfo *camera, uint first_tile, uint tile_count, uint first_sample,
-                       uint sample_count, global const float4 *radiance, global float4 *sums)
+kernel void accumulate(constant CameraInfo *camera, uint first_tile, uint tile_count, uint sample_count,
+                       global const float4 *radiance, global float4 *sums)
 {
   uint pixel_count = tile_count * TILE_PIXELS;
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
@@ -30,7 +30,7 @@ kernel void accumulate(constant CameraInfo *camera, uint first_tile, uint tile_c
     global const float4 *from = &radiance[i];
 #if ROW == 4
     if (pixel.x + ROW <= camera->width) {
-      float16 sum = first_sample ? vload16(0, (global float *)to) : (float16)0;
+      float16 sum = vload16(0, (global float *)to);
       for (uint sample = 0; sample < sample_count; sample++)
         sum += vload16(0, (global const float *)(from + sample * pixel_count));
       vstore16(sum, 0, (global float *)to);
@@ -38,7 +38,7 @@ kernel void accumulate(constant CameraInfo *camera, uint first_tile, uint tile_c
     }
 #endif
     for (uint k = 0; k < min(camera->width - pixel.x, (uint)ROW); k++) {
-      float4 sum = first_sample ? to[k] : (float4)0;
+      float4 sum = to[k];
       for (uint sample = 0; sample < sample_count; sample++) sum += from[sample * pixel_count + k];
       to[k] = sum;
     }

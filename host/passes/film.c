@@ -50,7 +50,7 @@ Status film_accumulate(const Film *film, Device *device, const CameraRays *camer
   uint32_t pixels = wave->tile_count * 64;
   return device_launch(device, &film->accumulate, work_items(device, pixels), pixels, "add samples to the picture",
                        ARGS(ARG_BUFFER(camera->cameras), ARG(wave->first_tile), ARG(wave->tile_count),
-                            ARG(wave->first_sample), ARG(wave->sample_count), ARG_BUFFER(*radiance), ARG_BUFFER(*sums)),
+                            ARG(wave->sample_count), ARG_BUFFER(*radiance), ARG_BUFFER(*sums)),
                        log);
 }
 

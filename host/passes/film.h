@@ -17,7 +17,7 @@ typedef struct Film {
 Status film_make(Film *out, Device *device, const DeviceScene *scene, const CameraInfo *camera, bool aovs, Log *log);
 void film_free(Film *film);
 
-// Adds the wave's samples to `sums` (film->sums, or a buffer like it); the first sample of a pixel begins its sum.
+// Adds the wave's samples to `sums` (film->sums, or a buffer like it).
 Status film_accumulate(const Film *film, Device *device, const CameraRays *camera, const Wave *wave,
                        const DeviceBuffer *radiance, const DeviceBuffer *sums, Log *log);
 Status film_aov(const Film *film, Device *device, const DeviceScene *scene, const CameraRays *camera, const Wave *wave,
