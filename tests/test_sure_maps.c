@@ -63,7 +63,10 @@ static SureCopy maps_draw(RasterFixture *fixture, const Solids *solids, const Sh
       buffer_create(&solid, device, solids->word_count * sizeof *solids->bits, solids->bits, "solid", &raster_log));
   raster_assert_ok(sure_raster_make(&raster, device, &fixture->triangles, &options, &raster_log));
   raster_assert_ok(sure_maps_aim(&maps, device, fit, 1, isfinite(close), &raster_log));
-  if (isfinite(close)) tiles_mark(&maps, device, close);
+  if (isfinite(close)) {
+    tiles_mark(&maps, device, close);
+    raster_assert_ok(sure_maps_read_marks(&maps, device, &raster_log));
+  }
   raster_assert_ok(sure_maps_settle(&maps, device, &raster_log));
   raster_assert_ok(sure_maps_draw(&maps, 0, &raster, device, &fixture->triangles, &solid, true, &raster_log));
   SureCopy copy = {maps.block_count, maps.tile_count, buffer_copy(device, &maps.tiles),
