@@ -136,11 +136,13 @@ static void shipped_scenes_are_judged_alike(void **state)
 }
 
 enum { SHARES_MOST = 1000 };
+static const double traced_most = 0.1;
 
 // What became of pictures: pixels in which hybrid shadows and rays differ, and of each the share of shadow rays traced.
 typedef struct Verdicts {
   uint32_t width, height;
   uint64_t pixels, apart;
+  uint32_t beyond;  // pictures of which more was traced than should be
   double traced[SHARES_MOST];
   int count;
 } Verdicts;
@@ -156,9 +158,11 @@ static void picture_judge(Verdicts *verdicts, const char *name, const char *ligh
   for (uint32_t i = 0; i < pixels; i++)
     apart += memcmp(rays.radiance[i], hybrid.radiance[i], sizeof rays.radiance[i]) != 0;
   double traced = (double)hybrid.shadow_rays_traced / (double)(hybrid.shadow_rays ? hybrid.shadow_rays : 1);
-  if (apart || traced > 0.1) printf("%s, %s: %u pixels apart, %.2f %% traced\n", name, light, apart, 100 * traced);
+  if (apart || traced > traced_most)
+    printf("%s, %s: %u pixels apart, %.2f %% traced\n", name, light, apart, 100 * traced);
   verdicts->pixels += pixels;
   verdicts->apart += apart;
+  verdicts->beyond += traced > traced_most;
   assert_in_range(verdicts->count, 0, SHARES_MOST - 1);
   if (hybrid.shadow_rays) verdicts->traced[verdicts->count++] = traced;
   picture_free(&rays);
@@ -197,7 +201,10 @@ static int double_compare(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-// Shared models by three kinds of light, and shipped scenes by their own, with maps of automatic size.
+// Shared models by three kinds of light, and shipped scenes by their own, with maps of automatic size. At full size three
+// pixels of colonnade differ: its mirrors' rays pass a floor that they start on by less than rounding, and meet what
+// stands in it; shadow rays from there begin within a closed surface (cl/rays/shadow_hybrid.cl). Of one model more is
+// traced than should be.
 static void models_are_judged_alike_with_few_rays(void **state)
 {
   static const char *const shipped[] = {"scenes/room.glb", "scenes/colonnade.glb", "scenes/chrome.glb",
@@ -219,6 +226,7 @@ static void models_are_judged_alike_with_few_rays(void **state)
          100 * worst);
   assert_true(verdicts.apart * 100000 <= verdicts.pixels);
   assert_true(median <= 0.05);
+  if (effort_is_full()) assert_in_range(verdicts.beyond, 0, 3);
 }
 
 int main(void)

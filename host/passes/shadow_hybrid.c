@@ -87,16 +87,17 @@ Status shadow_hybrid_mark(ShadowHybrid *hybrid, Device *device, const CameraRays
 }
 
 // Texels that a light's maps should have where receivers are. More cost time as they are drawn, fewer as more rays meet
-// the outlines of triangles in their texels: the longer these are for the picture's size (plan/shadow_cost.c), the more
-// texels pay. The power and the share was found by trial in room, chrome, colonnade and field at 1920 x 1080.
+// the outlines of triangles in their texels: the longer these are for the pixels that are seen (plan/shadow_cost.c), the
+// more texels pay. The factors were found by trial in room, chrome, colonnade and field at 1920 x 1080, where time does
+// not hang on them by more than a tenth, and in all shared models, of which they leave a tenth of the rays to be traced
+// at most, but for one model.
 static double texels_wanted(const ShadowHybrid *hybrid, uint32_t light, const DeviceScene *scene,
                             const ShadowReceivers *receivers)
 {
-  const double least = 0.04, most = 1, by_outlines = 0.28;
-  double pixels = (double)receivers->camera->width * receivers->camera->height;
+  const double least = 0.06, most = 1, by_outlines = 1;
   double seen = (double)hybrid->probes[light] * receivers->probe_pixels;
-  double share = by_outlines * pow(scene->triangle_count / pixels, 0.25) * pow(receivers->samples, 2.0 / 3);
-  return seen * fmin(fmax(share, least), most);
+  double share = by_outlines * sqrt(scene->triangle_count / fmax(seen, 1));
+  return seen * fmin(fmax(share, least), most) * pow(receivers->samples, 2.0 / 3);
 }
 
 // Gives each light's maps the size that suits what was marked; counts lights for whose maps there is no room.
