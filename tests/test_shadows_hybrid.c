@@ -201,10 +201,10 @@ static int double_compare(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-// Shared models by three kinds of light, and shipped scenes by their own, with maps of automatic size. At full size three
-// pixels of colonnade differ: its mirrors' rays pass a floor that they start on by less than rounding, and meet what
-// stands in it; shadow rays from there begin within a closed surface (cl/rays/shadow_hybrid.cl). Of one model more is
-// traced than should be.
+// Shared models by three kinds of light, and shipped scenes by their own, with maps of automatic size. At full size
+// three pixels of colonnade differ: mirrored rays that start closer to the floor than rounding can tell pass it and
+// meet what stands in it; shadow rays from there begin within a closed surface (cl/rays/shadow_hybrid.cl). Of one model
+// more is traced than should be.
 static void models_are_judged_alike_with_few_rays(void **state)
 {
   static const char *const shipped[] = {"scenes/room.glb", "scenes/colonnade.glb", "scenes/chrome.glb",

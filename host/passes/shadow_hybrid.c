@@ -87,10 +87,9 @@ Status shadow_hybrid_mark(ShadowHybrid *hybrid, Device *device, const CameraRays
 }
 
 // Texels that a light's maps should have where receivers are. More cost time as they are drawn, fewer as more rays meet
-// the outlines of triangles in their texels: the longer these are for the pixels that are seen (plan/shadow_cost.c), the
-// more texels pay. The factors were found by trial in room, chrome, colonnade and field at 1920 x 1080, where time does
-// not hang on them by more than a tenth, and in all shared models, of which they leave a tenth of the rays to be traced
-// at most, but for one model.
+// the outlines of triangles in their texels: the longer these are for the pixels seen (plan/shadow_cost.c), the more
+// texels pay. The factors were found by trial: room, chrome, colonnade and field take about as long with half of them;
+// of the shared models these leave a tenth of the rays to be traced at most, but for one.
 static double texels_wanted(const ShadowHybrid *hybrid, uint32_t light, const DeviceScene *scene,
                             const ShadowReceivers *receivers)
 {

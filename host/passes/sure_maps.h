@@ -26,8 +26,8 @@ uint32_t sure_maps_tiles(const ShadowInfo *info);
 extern const uint64_t sure_tile_bytes;
 
 // Where the maps look, light by light; a fit of no views is of a light without maps. Marked, only tiles that are then
-// marked (cl/rays/shadow_mark.cl) and read will be drawn; else all. On failure *out is to be freed too. Errors: those of
-// buffer_create.
+// marked (cl/rays/shadow_mark.cl) and read will be drawn; else all. On failure *out is to be freed too. Errors: those
+// of buffer_create.
 Status sure_maps_aim(SureMaps *out, Device *device, const ShadowFit *fits, uint32_t light_count, bool marked, Log *log);
 
 // Reads the marks, to settle by them. Errors: STATUS_NO_MEMORY, STATUS_DEVICE.
