@@ -38,8 +38,8 @@ typedef struct ShadowReceivers {
 
 // Draws what is marked of the maps, which so are those of one camera and one pose of the scene: rays from elsewhere are
 // traced. Without a size asked for, maps become as small as suits their receivers. At most 76 bytes a texel that is
-// marked, of which a CPU touches what the lists need; lights for whose maps there is no room any more are left out, with
-// a warning that says how many. Errors: those of program_build and buffer_create.
+// marked, of which a CPU touches what the lists need; lights for whose maps there is no room any more are left out,
+// with a warning that says how many. Errors: those of program_build and buffer_create.
 Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                           const ShadowReceivers *receivers, Log *log);
 

@@ -14,8 +14,8 @@ typedef struct ShadowModel {
   double judge_fixed, judge_edge, judge_pixel;
 } ShadowModel;
 
-// From room, chrome, colonnade and field at 1920 x 1080: processor time of PoCL's kernels on a Zen 5, divided by its two
-// cores. Both within 15 %, but for a picture of colonnade by hybrid, which takes 1.4 times as much.
+// From room, chrome, colonnade and field at 1920 x 1080: processor time of PoCL's kernels on a Zen 5, divided by its
+// two cores. Both within 15 %, but for a picture of colonnade by hybrid, which takes 1.4 times as much.
 static const ShadowModel cpu_model = {
     .edge = 2.9e-5,
     .pixel = 6.3e-6,
