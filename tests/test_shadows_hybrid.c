@@ -11,6 +11,7 @@
 
 #include "scene/scene_build.h"
 #include "scene/scene_defaults.h"
+#include "support/effort.h"
 #include "support/gltf_build.h"
 #include "support/picture_fixture.h"
 #include "support/scene_features.h"
@@ -134,18 +135,50 @@ static void shipped_scenes_are_judged_alike(void **state)
   }
 }
 
+enum { SHARES_MOST = 1000 };
+static const double traced_most = 0.1;
+
+// What became of pictures: pixels in which hybrid shadows and rays differ, and of each the share of shadow rays traced.
 typedef struct Verdicts {
+  uint32_t width, height;
   uint64_t pixels, apart;
+  uint32_t beyond;  // pictures of which more was traced than should be
+  double traced[SHARES_MOST];
+  int count;
 } Verdicts;
+
+static void picture_judge(Verdicts *verdicts, const char *name, const char *light, const Scene *scene,
+                          const Camera *camera)
+{
+  PictureRequest request = picture_request(verdicts->width, verdicts->height, 1);
+  Picture rays = picture_render(scene, camera, &request);
+  request.settings.shadows = SHADOWS_HYBRID;
+  Picture hybrid = picture_render(scene, camera, &request);
+  uint32_t apart = 0, pixels = verdicts->width * verdicts->height;
+  for (uint32_t i = 0; i < pixels; i++)
+    apart += memcmp(rays.radiance[i], hybrid.radiance[i], sizeof rays.radiance[i]) != 0;
+  double traced = (double)hybrid.shadow_rays_traced / (double)(hybrid.shadow_rays ? hybrid.shadow_rays : 1);
+  if (apart || traced > traced_most)
+    printf("%s, %s: %u pixels apart, %.2f %% traced\n", name, light, apart, 100 * traced);
+  verdicts->pixels += pixels;
+  verdicts->apart += apart;
+  verdicts->beyond += traced > traced_most;
+  assert_in_range(verdicts->count, 0, SHARES_MOST - 1);
+  if (hybrid.shadow_rays) verdicts->traced[verdicts->count++] = traced;
+  picture_free(&rays);
+  picture_free(&hybrid);
+}
 
 // Lit from outside of its bounds by each kind of light in turn.
 static void model_judge(void *context, const char *path, Scene *scene)
 {
+  static const char *const names[] = {"point", "spot", "directional"};
   Verdicts *verdicts = context;
   Vec3 low, high;
   Camera camera;
   if (!scene_bounds(scene, &low, &high)) return;
-  picture_assert_ok(scene_camera_choose(&camera, scene, "fit", 1.5, &picture_log));
+  picture_assert_ok(
+      scene_camera_choose(&camera, scene, "fit", (double)verdicts->width / verdicts->height, &picture_log));
   Vec3 center = vec3_scale(vec3_add(low, high), 0.5);
   double size = vec3_length(vec3_sub(high, low));
   Vec3 above = vec3_add(center, vec3_scale(vec3(0.3, 0.8, 0.4), size));
@@ -158,19 +191,42 @@ static void model_judge(void *context, const char *path, Scene *scene)
              : kind == 1 ? light_spot(above, center, 3 * size * size, 0.3, 0.7)
                          : light_directional(vec3(-0.5, -0.7, -0.3), 3);
     light->name = name;
-    uint32_t apart = pixels_apart(scene, &camera, picture_request(120, 80, 1));
-    if (apart) printf("%s: light %d: %u pixels apart\n", path, kind, apart);
-    verdicts->pixels += 120 * 80;
-    verdicts->apart += apart;
+    picture_judge(verdicts, path, names[kind], scene, &camera);
   }
 }
 
-static void shared_models_are_judged_alike(void **state)
+static int double_compare(const void *a, const void *b)
 {
-  Verdicts verdicts = {0};
+  double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+// Shared models by three kinds of light, and shipped scenes by their own, with maps of automatic size. At full size
+// three pixels of colonnade differ: mirrored rays that start closer to the floor than rounding can tell pass it and
+// meet what stands in it; shadow rays from there begin within a closed surface (cl/rays/shadow_hybrid.cl). Of one model
+// more is traced than should be.
+static void models_are_judged_alike_with_few_rays(void **state)
+{
+  static const char *const shipped[] = {"scenes/room.glb", "scenes/colonnade.glb", "scenes/chrome.glb",
+                                        "scenes/field.glb"};
+  Verdicts verdicts = {.width = effort_is_full() ? 1280 : 120, .height = effort_is_full() ? 720 : 80};
   assert_true(shared_models_visit(model_judge, &verdicts) >= 40);
-  printf("%llu of %llu pixels apart\n", (unsigned long long)verdicts.apart, (unsigned long long)verdicts.pixels);
+  for (int i = 0; i < (effort_is_full() ? 4 : 1); i++) {
+    Scene scene = gltf_read_fine(shipped[i]);
+    Camera camera;
+    picture_assert_ok(
+        scene_camera_choose(&camera, &scene, NULL, (double)verdicts.width / verdicts.height, &picture_log));
+    picture_judge(&verdicts, shipped[i], "its own", &scene, &camera);
+    scene_free(&scene);
+  }
+  qsort(verdicts.traced, (size_t)verdicts.count, sizeof *verdicts.traced, double_compare);
+  double median = verdicts.traced[verdicts.count / 2], worst = verdicts.traced[verdicts.count - 1];
+  printf("%llu of %llu pixels apart; of %d pictures' shadow rays %.2f %% traced in the median, %.2f %% in the worst\n",
+         (unsigned long long)verdicts.apart, (unsigned long long)verdicts.pixels, verdicts.count, 100 * median,
+         100 * worst);
   assert_true(verdicts.apart * 100000 <= verdicts.pixels);
+  assert_true(median <= 0.05);
+  if (effort_is_full()) assert_in_range(verdicts.beyond, 0, 3);
 }
 
 int main(void)
@@ -180,7 +236,7 @@ int main(void)
       cmocka_unit_test(each_kind_of_light_is_judged_alike),
       cmocka_unit_test(closed_surfaces_are_left_out_where_that_is_right_alone),
       cmocka_unit_test(shipped_scenes_are_judged_alike),
-      cmocka_unit_test(shared_models_are_judged_alike),
+      cmocka_unit_test(models_are_judged_alike_with_few_rays),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }

@@ -63,7 +63,10 @@ static SureCopy maps_draw(RasterFixture *fixture, const Solids *solids, const Sh
       buffer_create(&solid, device, solids->word_count * sizeof *solids->bits, solids->bits, "solid", &raster_log));
   raster_assert_ok(sure_raster_make(&raster, device, &fixture->triangles, &options, &raster_log));
   raster_assert_ok(sure_maps_aim(&maps, device, fit, 1, isfinite(close), &raster_log));
-  if (isfinite(close)) tiles_mark(&maps, device, close);
+  if (isfinite(close)) {
+    tiles_mark(&maps, device, close);
+    raster_assert_ok(sure_maps_read_marks(&maps, device, &raster_log));
+  }
   raster_assert_ok(sure_maps_settle(&maps, device, &raster_log));
   raster_assert_ok(sure_maps_draw(&maps, 0, &raster, device, &fixture->triangles, &solid, true, &raster_log));
   SureCopy copy = {maps.block_count, maps.tile_count, buffer_copy(device, &maps.tiles),
@@ -230,12 +233,62 @@ static void marked_tiles_know_what_the_whole_map_knows(void **state)
   scene_free(&scene);
 }
 
+// Maps made smaller by 2 and by 4 are marked where the finer ones were, by the least close of their marks.
+static void smaller_maps_are_marked_alike(void **state)
+{
+  Scene scene = scene_features();
+  Camera camera = scene_features_camera();
+  RasterFixture fixture;
+  const PictureArea area = {160, 90, 0, 0, 160, 90};
+  const CameraInfo info = camera_info(&camera, &area);
+  raster_fixture_make(&fixture, &scene);
+  const ShadowScope scope = {&info, fixture.scene.low, fixture.scene.high};
+  Device *device = raster_device(RASTER_BINS_16);
+  for (uint8_t level = 1; level <= 2; level++) {
+    SureMaps maps = {0};
+    ShadowFit fit, smaller;
+    const LightInfo *light = &fixture.scene.light_infos[0];
+    assert_true(shadow_fit(&fit, light, SHADOWS_HYBRID, &(ShadowOptions){.map_size_px = 256}, &scope));
+    assert_true(shadow_fit(&smaller, light, SHADOWS_HYBRID, &(ShadowOptions){.map_size_px = 256 >> level}, &scope));
+    raster_assert_ok(sure_maps_aim(&maps, device, &fit, 1, true, &raster_log));
+    tiles_mark(&maps, device, 0.25f);
+    raster_assert_ok(sure_maps_read_marks(&maps, device, &raster_log));
+    for (uint32_t i = 0; i < maps.tile_count; i++)
+      if (i % (level == 1 ? 5 : 21)) maps.seen[i] = SHADOW_TILE_UNKNOWN;
+    const uint32_t columns = 16, fewer = columns >> level, marked = sure_maps_marked(&maps, 0, level);
+    uint32_t *fine = malloc(maps.tile_count * sizeof *fine), known = 0;
+    assert_non_null(fine);
+    memcpy(fine, maps.seen, maps.tile_count * sizeof *fine);
+    raster_assert_ok(sure_maps_shrink(&maps, device, &smaller, &level, &raster_log));
+    assert_int_equal(maps.tile_count, fit.info.view_count * fewer * fewer);
+    for (uint32_t i = 0; i < maps.tile_count; i++) {
+      uint32_t view = i / (fewer * fewer), y = i / fewer % fewer << level, x = i % fewer << level;
+      uint32_t least = SHADOW_TILE_UNKNOWN;
+      for (uint32_t k = 0; k < 1u << 2 * level; k++) {
+        uint32_t at = (view * columns + y + (k >> level)) * columns + x + k % (1u << level);
+        least = fine[at] < least ? fine[at] : least;
+      }
+      assert_int_equal(maps.seen[i], least);
+      known += least != SHADOW_TILE_UNKNOWN;
+    }
+    assert_int_equal(known, marked);
+    assert_in_range(known, 1, maps.tile_count - 1);
+    raster_assert_ok(sure_maps_settle(&maps, device, &raster_log));
+    assert_int_equal(maps.known_tiles[0], known);
+    free(fine);
+    sure_maps_free(&maps);
+  }
+  raster_fixture_free(&fixture);
+  scene_free(&scene);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(every_way_and_width_knows_the_same),
       cmocka_unit_test(passes_add_up_to_the_whole),
       cmocka_unit_test(marked_tiles_know_what_the_whole_map_knows),
+      cmocka_unit_test(smaller_maps_are_marked_alike),
   };
   return cmocka_run_group_tests(tests, raster_tests_begin, raster_tests_end);
 }

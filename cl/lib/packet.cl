@@ -100,6 +100,7 @@ static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uin
     }
     accept = hit_counts(&hit, accept, id, flags, attributes);
     if (any_hit) {
+      accept = accept & hit_before_end(&hit, p->t_max);
 #ifdef HAS_BLEND
       if (flags & TRIANGLE_BLENDED) {
         p->absorption += alpha_absorption(attributes, id, accept, hit.u, hit.v);

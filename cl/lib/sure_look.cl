@@ -1,6 +1,7 @@
 // What a light's maps (shared/shadow.h) tell of shadow rays at a look, before any triangle is tested.
 
 #include "lib/shadow_view.cl"
+#include "shared/bvh.h"
 #include "shared/shadow.h"
 
 // Where the packet's points are on the maps.
@@ -70,6 +71,38 @@ static inline Verdicts tiles_judge(const TexelLook *look, global const ShadowTil
   return v;
 }
 
+// What the maps of all lights hold.
+typedef struct SureSources {
+  global const ShadowTile *tiles;
+  global const ShadowBlock *blocks;
+  global const ShadowRow *rows;
+  uint block_count;
+  global const BvhTriangle *triangles;  // in the order of the BVH's leaves
+} SureSources;
+
+// How close to the light anything comes but the triangle `own` of a ray's start, in the texel; no ray meets that again.
+static inline float near_beside(const SureSources *of, global const ShadowBlock *block, uint number, uint texel,
+                                uint own)
+{
+  uint name = block->first.number[texel];
+  if (name & SHADOW_CLOSED || of->triangles[name].id != own) return block->first.near[texel];
+  float second = block->row_count > 1 ? of->rows[number].near[texel] : -INFINITY;
+  return max(second, block->rest[texel]);
+}
+
+// What the texels of those that wait tell; `own`: the triangles that the rays start on.
+static inline void own_judge(Verdicts *v, const TexelLook *look, const SureSources *of, UintL own)
+{
+  FloatL near = FLOATL(INFINITY), least_close = look->closeness - look->slack;
+  for (uint bits = lane_bits(v->waiting & (least_close >= v->least)); bits; bits &= bits - 1) {
+    uint lane = lowest_bit(bits), number = LANE_UINT(v->block, lane);
+    LANE_FLOAT(near, lane) =
+        near_beside(of, &of->blocks[number], number, LANE_UINT(look->texel, lane), LANE_UINT(own, lane));
+  }
+  v->lit = v->lit | (v->waiting & (least_close > near));
+  v->waiting = v->waiting & !v->lit;
+}
+
 // What the texels of those that wait tell.
 static inline void texels_judge(Verdicts *v, const TexelLook *look, global const ShadowBlock *blocks)
 {
@@ -87,11 +120,10 @@ static inline void texels_judge(Verdicts *v, const TexelLook *look, global const
 
 // Judges the rays `active` from `origin` (world space) to the light.
 static inline Verdicts sure_judge(TexelLook *look, global const ShadowInfo *info, global const ShadowView *views,
-                                  global const ShadowTile *tiles, global const ShadowBlock *blocks, Vec3L origin,
-                                  IntL active)
+                                  const SureSources *of, Vec3L origin, IntL active)
 {
   *look = texels_look(info, views + info->first_view, origin, active);
-  Verdicts v = tiles_judge(look, tiles);
-  if (any_lane(v.waiting)) texels_judge(&v, look, blocks);
+  Verdicts v = tiles_judge(look, of->tiles);
+  if (any_lane(v.waiting)) texels_judge(&v, look, of->blocks);
   return v;
 }

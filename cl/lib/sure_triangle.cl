@@ -20,6 +20,7 @@ typedef struct ListTriangle {
   FloatL near_most, near_least;            // that of the vertices
   FloatL slack;                            // of the edges: what rounding may do
   IntL culled, whole;                      // whole: no edge is to be trusted
+  IntL hides;                              // rays that end behind it meet it, whatever the rounding
   FloatL low_x, low_y, high_x, high_y;     // where it is, not clipped
   IntL crosses;                            // the eye plane: the bounds are not
 } ListTriangle;
@@ -67,6 +68,23 @@ static inline void list_nearness(ListTriangle *t, constant ShadowView *view, con
   t->near_y = sound ? t->near_y : FLOATL(0);
   t->near_0 = sound ? t->near_0 : FLOATL(INFINITY);
   t->across = sound ? t->across : FLOATL(INFINITY);
+}
+
+// Rays drop hits near their ends, by 3 times the error of a hit's distance at the light's (lib/hit.cl). That is a few
+// roundings of (ray + triangle) x triangle^2 / (twice area x the plane's distance from the light) for lengths of a ray
+// and of the triangle's longest edge: a triangle hides nothing for sure where this is too near 1, and at a ray's start,
+// where the ray's length is not among the terms, it hides what is that share beyond it.
+static inline void list_ends(ListTriangle *t, constant RasterView *raster, const Vec3L a[3], FloatL along)
+{
+  Vec3L ab = sub3(a[1], a[0]), bc = sub3(a[2], a[1]), ca = sub3(a[0], a[2]);
+  FloatL squared = max3_lane(dot3(ab, ab), dot3(bc, bc), dot3(ca, ca)), longest = sqrt(squared);
+  FloatL inverse = squared / fabs(along), touch = FLOATL(20 * SURE_ROUNDING) * longest * inverse;
+  FloatL ray = FLOATL(raster->parallel ? 0 : raster->depth_by_w / (1 - raster->depth_far));
+  FloatL beside = FLOATL(12 * SURE_ROUNDING) * (ray + FLOATL(4) * longest) * inverse;
+  t->hides = raster->parallel ? INTL(-1) : beside < FLOATL(1);
+  if (!raster->parallel) touch *= t->near_most;
+  t->across += touch;
+  t->near_least -= touch;
 }
 
 static inline ListTriangle list_triangle(constant ShadowView *view, uint size, const Vec3L a[3], IntL solid,
@@ -131,6 +149,7 @@ static inline ListTriangle list_triangle(constant ShadowView *view, uint size, c
   t.high_x = max3_lane(x[0], x[1], x[2]);
   t.high_y = max3_lane(y[0], y[1], y[2]);
   list_nearness(&t, view, a, normal, facing, size_of);
+  list_ends(&t, raster, a, along);
   return t;
 }
 
@@ -207,7 +226,7 @@ static inline void list_fields(UintL fields[SURE_VIEW], const ListTriangle *t, c
   fields[SURE_TEXELS + 1] = packed_range(box[1], box[3]);
   fields[SURE_NUMBER] = number | (closed ? UINTL(SHADOW_CLOSED) : UINTL(0));
   // One that is cut, or lets light through, hides nothing for sure; neither does one whose edges are not to be had.
-  IntL hides = !t->whole & ((flags & UINTL(TRIANGLE_MASKED | TRIANGLE_BLENDED)) == UINTL(0));
+  IntL hides = t->hides & !t->whole & ((flags & UINTL(TRIANGLE_MASKED | TRIANGLE_BLENDED)) == UINTL(0));
   fields[SURE_HIDES] = hides ? UINTL(1) : UINTL(0);
   fields[SURE_ACROSS] = LANE_AS_UINT(t->across);
 }

@@ -46,9 +46,9 @@ static inline IntL packet_grazes(const Packet *p, IntL group, const ShearedRay *
 // and that may be closer to the light; returns those for which that is not enough: a BLEND surface is among them, or
 // the edge of a closed surface is so near that the ray might meet the side that is left out.
 static inline IntL named_walk(Packet *p, IntL group, uint kz, const TexelLook *look, UintL block, UintL row_count,
-                              global const ShadowBlock *blocks, global const ShadowRow *rows, uint block_count,
-                              global const BvhTriangle *triangles, const AttributeSources *attributes)
+                              const SureSources *of, const AttributeSources *attributes)
 {
+  global const BvhTriangle *triangles = of->triangles;
   ShearedRay ray = shear_ray(p->origin, p->direction, kz);
   IntL positive_kz = component3(p->direction, kz) > FLOATL(0), unclear = INTL(0), left = group;
   UintL texel = look->texel;
@@ -59,7 +59,7 @@ static inline IntL named_walk(Packet *p, IntL group, uint kz, const TexelLook *l
     left = left & !p->occluded;
     for (uint bits = lane_bits(left); bits; bits &= bits - 1) {
       uint lane = lowest_bit(bits), at = LANE_UINT(block, lane), entry = LANE_UINT(texel, lane);
-      global const ShadowRow *row = k ? &rows[(k - 1) * block_count + at] : &blocks[at].first;
+      global const ShadowRow *row = k ? &of->rows[(k - 1) * of->block_count + at] : &of->blocks[at].first;
       if (k >= LANE_UINT(row_count, lane) || LANE_FLOAT(closeness, lane) > row->near[entry]) {
         left = left & (LANE_INDEX != INTL((int)lane));
         continue;
@@ -84,8 +84,7 @@ static inline IntL named_walk(Packet *p, IntL group, uint kz, const TexelLook *l
 }
 
 // What the triangles tell that the texels of those that wait name. All other rays are unsure.
-static inline void named_judge(Verdicts *v, const TexelLook *look, Packet *p, global const ShadowBlock *blocks,
-                               global const ShadowRow *rows, uint block_count, global const BvhTriangle *triangles,
+static inline void named_judge(Verdicts *v, const TexelLook *look, Packet *p, const SureSources *of,
                                const AttributeSources *attributes)
 {
   UintL axis = dominant_axis(p->direction), row_count = UINTL(0);
@@ -93,15 +92,13 @@ static inline void named_judge(Verdicts *v, const TexelLook *look, Packet *p, gl
   IntL unclear = INTL(0);
   for (uint bits = lane_bits(v->waiting); bits; bits &= bits - 1) {
     uint lane = lowest_bit(bits);
-    global const ShadowBlock *block = &blocks[LANE_UINT(v->block, lane)];
+    global const ShadowBlock *block = &of->blocks[LANE_UINT(v->block, lane)];
     LANE_FLOAT(rest, lane) = block->rest[LANE_UINT(look->texel, lane)];
     LANE_UINT(row_count, lane) = block->row_count;
   }
   for (uint kz = 0; kz < 3; kz++) {
     IntL group = v->waiting & (axis == UINTL(kz));
-    if (any_lane(group))
-      unclear = unclear |
-                named_walk(p, group, kz, look, v->block, row_count, blocks, rows, block_count, triangles, attributes);
+    if (any_lane(group)) unclear = unclear | named_walk(p, group, kz, look, v->block, row_count, of, attributes);
   }
   v->dark = v->dark | (v->waiting & p->occluded);
   v->lit = v->lit | (v->waiting & !p->occluded & !unclear & (look->closeness - look->slack > rest));
@@ -131,6 +128,7 @@ kernel void shadow_hybrid(global const ShadowInfo *infos, uint light, global con
 {
   AttributeSources attributes = {corners,   uvs,      colors,      vertex_count,
                                  materials, textures, texel_bytes, linear_from_byte};
+  SureSources of = {tiles, blocks, rows, block_count, triangles};
   rays += segment * RAY_FIELD_COUNT * capacity;
   slots += segment * capacity;
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
@@ -140,10 +138,10 @@ kernel void shadow_hybrid(global const ShadowInfo *infos, uint light, global con
     IntL active = stream_load_t_max(rays, capacity, first, ray_count) > FLOATL(0);
     IntL valid = LANE_INDEX < INTL((int)(ray_count - first));
     TexelLook look;
-    Verdicts v = sure_judge(&look, &infos[light], views, tiles, blocks, origin, active);
+    Verdicts v = sure_judge(&look, &infos[light], views, &of, origin, active);
     if (any_lane(v.waiting)) {
       Packet p = packet_load(rays, capacity, first, ray_count, 0);
-      named_judge(&v, &look, &p, blocks, rows, block_count, triangles, &attributes);
+      named_judge(&v, &look, &p, &of, &attributes);
     }
     weights_add(v.lit, valid, rays, capacity, first, slots, radiance);
     IntL unsure = active & !(v.lit | v.dark);

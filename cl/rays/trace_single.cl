@@ -79,6 +79,7 @@ static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_h
     accept = accept & hit.inside & (any_hit ? hit.t < limit : hit.t <= limit);
   }
   accept = accept & (hit.t > hit.t_error);
+  if (any_hit) accept = accept & hit_before_end(&hit, limit);
   UintL flags = vload8(0, block->flags);
   if (culls)
     accept = accept &

@@ -24,6 +24,7 @@
 #include "lib/camera_ray.cl"
 #include "lib/radiance.cl"
 #include "lib/surface_samples.cl"
+#include "shared/bvh.h"
 #include "shared/shadow.h"
 #if defined(HAS_SHADOW_MAPS) || defined(HAS_SURE_MAPS)
 #include "lib/shadow_view.cl"  // here, as a file is included once
@@ -241,7 +242,8 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                   global const float *environment_table, global const Float4 *environment_levels,
                   global const ShadowInfo *shadow_infos, global const ShadowView *shadow_views,
                   global const float *shadow_maps, global const ShadowTile *sure_tiles,
-                  global const ShadowBlock *sure_blocks, global float4 *radiance, global float *shadow_rays,
+                  global const ShadowBlock *sure_blocks, global const ShadowRow *sure_rows, uint sure_block_count,
+                  global const BvhTriangle *leaf_triangles, global float4 *radiance, global float *shadow_rays,
                   global uint *shadow_slots, global float *reflected_rays, global uint *reflected_slots,
                   global float *transmitted_rays, global uint *transmitted_slots, global uint *counts,
                   constant CameraInfo *cameras, uint view_count, constant Float2 *offsets)
@@ -253,6 +255,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
   FloatL zero = FLOATL(0);
 #ifdef HAS_SURE_MAPS
   uint judged = 0;
+  SureSources sure = {sure_tiles, sure_blocks, sure_rows, sure_block_count, leaf_triangles};
 #endif
   const bool begins = shade->from_camera && shade->first_batch;
   const IntL all = INTL(0) == INTL(0);
@@ -348,8 +351,8 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
 #ifdef HAS_SURE_MAPS
       if (shade->cast_shadows == SHADOWS_JUDGED && shadow_infos[number].view_count) {
         TexelLook look;
-        Verdicts v = sure_judge(&look, &shadow_infos[number], shadow_views, sure_tiles, sure_blocks, origin,
-                                reached & !streamed);
+        Verdicts v = sure_judge(&look, &shadow_infos[number], shadow_views, &sure, origin, reached & !streamed);
+        if (any_lane(v.waiting)) own_judge(&v, &look, &sure, id);
         sum.rgb = select3(v.lit, add3(sum.rgb, arrives), sum.rgb);
         judged += (uint)popcount(lane_bits(v.lit | v.dark));
         reached = reached & !(v.lit | v.dark);

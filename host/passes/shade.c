@@ -73,7 +73,8 @@ void shader_free(Shader *shader)
 
 // What the kernel reads of shadows.
 typedef struct MapBuffers {
-  DeviceBuffer infos, views, texels, tiles, blocks;
+  DeviceBuffer infos, views, texels, tiles, blocks, rows;
+  uint32_t block_count;
 } MapBuffers;
 
 static MapBuffers map_buffers(const Shader *shader, const ShadeStreams *streams)
@@ -81,9 +82,10 @@ static MapBuffers map_buffers(const Shader *shader, const ShadeStreams *streams)
   const DeviceBuffer none = shader->nothing;
   const ShadowMaps *maps = streams->maps;
   const SureMaps *sure = streams->sure;
-  if (sure && sure->tiles.memory) return (MapBuffers){sure->infos, sure->views, none, sure->tiles, sure->blocks};
-  if (maps) return (MapBuffers){maps->infos, maps->views, maps->maps, none, none};
-  return (MapBuffers){none, none, none, none, none};
+  if (sure && sure->tiles.memory)
+    return (MapBuffers){sure->infos, sure->views, none, sure->tiles, sure->blocks, sure->rows, sure->block_count};
+  if (maps) return (MapBuffers){maps->infos, maps->views, maps->maps, none, none, none, 0};
+  return (MapBuffers){none, none, none, none, none, none, 0};
 }
 
 Status shade(const Shader *shader, Device *device, const DeviceScene *scene, const ShadeStreams *streams,
@@ -111,10 +113,11 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
            ARG_BUFFER(scene->lights), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
            ARG_BUFFER(shader->environment_table), ARG_BUFFER(shader->environment_levels), ARG_BUFFER(of.infos),
            ARG_BUFFER(of.views), ARG_BUFFER(of.texels), ARG_BUFFER(of.tiles), ARG_BUFFER(of.blocks),
-           ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
-           ARG_BUFFER(streams->reflected->rays), ARG_BUFFER(streams->reflected->slots),
-           ARG_BUFFER(streams->transmitted->rays), ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts),
-           ARG_BUFFER(camera->cameras), ARG(camera->view_count), ARG_BUFFER(camera->offsets)),
+           ARG_BUFFER(of.rows), ARG(of.block_count), ARG_BUFFER(scene->bvh2_triangles), ARG_BUFFER(*streams->radiance),
+           ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots), ARG_BUFFER(streams->reflected->rays),
+           ARG_BUFFER(streams->reflected->slots), ARG_BUFFER(streams->transmitted->rays),
+           ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts), ARG_BUFFER(camera->cameras),
+           ARG(camera->view_count), ARG_BUFFER(camera->offsets)),
       log));
   if (spawns) TRY(buffer_read(device, &shader->counts, counts, STREAM_COUNTS * sizeof *counts, log));
   for (int i = 0; i < STREAM_COUNTS; i++)

@@ -10,7 +10,7 @@ static const double depth_rounding = 8 / 16777216.0;        // of depths in [0, 
 // Of a texel: what a bent surface is given, and more for a wider kernel. Found by trial on fluted columns, hills and a
 // room: by nearest texels 17, 5, 6 and 7 % of the columns' pixels are wrong at 0, 1/2, 1 and 3/2 texels.
 static const float slope_px = 0.25f;
-static const uint32_t texels_most = 1u << 24, sure_texels_most = 1u << 22;  // of a light
+static const uint32_t texels_most = 1u << 24;  // of a light
 enum { CASCADES_MOST = 3, GRID = 6 };
 
 static Vec3 wide(Float3 v) { return vec3(v.x, v.y, v.z); }
@@ -127,12 +127,11 @@ static double size_by_magnification(const ShadowScope *scope, Vec3 light, double
   return sizes[count / 2];
 }
 
-static uint32_t size_choose(const ShadowFit *fit, const ShadowOptions *options, double wanted, uint32_t views)
+static uint32_t size_choose(const ShadowOptions *options, double wanted, uint32_t views)
 {
-  uint32_t all_most = fit->info.method == SHADOW_BY_TRIANGLES ? sure_texels_most : texels_most;
   uint32_t most = options->map_size_px ? options->map_size_px : SHADOW_MAP_MOST_PX;
   uint32_t size = options->map_size_px ? options->map_size_px : power_of_two_from(wanted, most);
-  while (size > SHADOW_MAP_LEAST_PX && !options->map_size_px && (uint64_t)size * size * views > all_most) size /= 2;
+  while (size > SHADOW_MAP_LEAST_PX && !options->map_size_px && (uint64_t)size * size * views > texels_most) size /= 2;
   return size;
 }
 
@@ -160,7 +159,7 @@ static void local_light_fit(ShadowFit *fit, const LightInfo *light, const Shadow
   if (!spot) tangent = 1;
   double near_m = near_share * farthest;
   if (spot) near_m = fmin(fmax(near_m, 0.9 * nearest), 0.9 * farthest);
-  info->size_px = size_choose(fit, options, size_by_magnification(scope, eye, 2 * tangent), info->view_count);
+  info->size_px = size_choose(options, size_by_magnification(scope, eye, 2 * tangent), info->view_count);
   if (info->size_px <= 2 * info->gutter_px) info->gutter_px = info->size_px / 2 - 1;
   tangent *= info->size_px / (double)(info->size_px - 2 * info->gutter_px);
   for (uint32_t i = 0; i < info->view_count; i++)
@@ -264,7 +263,7 @@ static void directional_light_fit(ShadowFit *fit, const LightInfo *light, const 
   double pixels = fmax(scope->camera->width, scope->camera->height);
   info->views = SHADOW_VIEWS_CASCADES;
   info->view_count = count;
-  info->size_px = size_choose(fit, options, pixels, count);
+  info->size_px = size_choose(options, pixels, count);
   if (info->size_px <= 2 * info->gutter_px + 2) info->gutter_px = info->size_px / 2 - 2;
   for (uint32_t i = 0; i < count; i++) fit->views[i] = cascade_view(&boxes[i], &whole, axes, info);
   double depth_m = vec3_length(wide(fit->views[0].axis));
@@ -285,7 +284,9 @@ bool shadow_fit(ShadowFit *out, const LightInfo *light, ShadowMethod method, con
                                             : SHADOW_BY_TEXEL;
   if (method == SHADOWS_PCF) info->kernel_px = options->kernel_px;
   info->slope_px = slope_px * (float)(1 + (method == SHADOWS_PCSS ? 3 : info->kernel_px)) + 2.0f / RASTER_SNAP;
-  info->gutter_px = method == SHADOWS_PCSS ? SHADOW_DISC_PX + 1 : info->kernel_px / 2 + 2;
+  info->gutter_px = method == SHADOWS_PCSS     ? SHADOW_DISC_PX + 1
+                    : method == SHADOWS_HYBRID ? 0
+                                               : info->kernel_px / 2 + 2;
   if (light->kind == LIGHT_KIND_DIRECTIONAL)
     directional_light_fit(out, light, options, scope);
   else

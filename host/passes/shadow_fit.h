@@ -29,8 +29,7 @@ typedef struct ShadowFit {
 //
 // With options->map_size_px 0 the size is the power of two, of SHADOW_MAP_LEAST_PX to SHADOW_MAP_MOST_PX, at which a
 // texel is no larger on the picture than a pixel for half of the points of a grid over what the camera sees
-// (magnification 1; a cascade takes its slice for what it sees). The texels of all views together stay under 2^24, or
-// 2^22 for hybrid shadows, which keep more of each.
+// (magnification 1; a cascade takes its slice for what it sees). The texels of all views together stay under 2^24.
 //
 // False for a light without power, or whose position is not finite.
 bool shadow_fit(ShadowFit *out, const LightInfo *light, ShadowMethod method, const ShadowOptions *options,

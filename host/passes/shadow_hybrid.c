@@ -1,5 +1,6 @@
 #include "passes/shadow_hybrid.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "device_scene/solid.h"
@@ -21,21 +22,30 @@ done:
   return status;
 }
 
-// Fits the maps of all lights; counts those left out.
-static void lights_fit(ShadowHybrid *hybrid, ShadowFit *fits, const DeviceScene *scene, const Plan *plan,
-                       const CameraInfo *camera, uint64_t most)
+static const uint32_t least_size_px = 64;            // of maps made smaller
+static const uint32_t marked_tiles_most = 1u << 24;  // of all lights
+
+// Fits the maps of a light: false where it has none.
+static bool light_fit(ShadowFit *fit, const ShadowHybrid *hybrid, const LightInfo *light, const ShadowScope *scope,
+                      uint32_t size_px)
+{
+  ShadowOptions options = hybrid->options;
+  if (size_px) options.map_size_px = size_px;
+  return shadow_fit(fit, light, SHADOWS_HYBRID, &options, scope);
+}
+
+// Fits the maps of all lights, as fine as they may become.
+static void lights_fit(ShadowHybrid *hybrid, const DeviceScene *scene, const Plan *plan, const CameraInfo *camera)
 {
   const ShadowScope scope = {camera, scene->low, scene->high};
-  uint64_t bytes = 0;
   for (uint32_t i = 0; i < scene->light_count; i++) {
+    ShadowFit *fit = &hybrid->fits[i];
     const LightInfo *light = &scene->light_infos[i];
-    bool can = plan->hybrid_kinds >> light->kind & 1 &&
-               shadow_fit(&fits[i], light, plan->shadows, &plan->shadow_options, &scope);
-    uint64_t more = can ? sure_maps_bytes(&fits[i].info) : 0;
-    bool left_out = can && bytes + more > most;
-    if (!left_out) bytes += more;
-    if (left_out) hybrid->left_out++;
-    if (left_out || !can) fits[i].info.view_count = 0;
+    bool can = plan->hybrid_kinds >> light->kind & 1 && light_fit(fit, hybrid, light, &scope, 0);
+    while (can && !hybrid->options.map_size_px && fit->info.size_px > SHADOW_MAP_LEAST_PX &&
+           (uint64_t)sure_maps_tiles(&fit->info) * scene->light_count > marked_tiles_most)
+      light_fit(fit, hybrid, light, &scope, fit->info.size_px / 2);
+    if (!can) fit->info.view_count = 0;
   }
 }
 
@@ -43,23 +53,22 @@ Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *
                           const CameraInfo *camera, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
-  ShadowHybrid hybrid = {0};
-  const uint64_t most = shadow_bytes_most(&plan->shadow_options, device);
-  ShadowFit *fits = calloc(scene->light_count + 1, sizeof *fits);
-  if (!fits) return log_no_memory(log, "sure maps");
+  ShadowHybrid hybrid = {.options = plan->shadow_options};
+  hybrid.fits = calloc(scene->light_count + 1, sizeof *hybrid.fits);
+  hybrid.probes = calloc(scene->light_count + 1, sizeof *hybrid.probes);
+  if (!hybrid.fits || !hybrid.probes) {
+    status = log_no_memory(log, "sure maps");
+    goto done;
+  }
   TRY(kernels_make(&hybrid, device, scene, log));
   TRY(ray_stream_make(&hybrid.unsure, device, capacity, 1, "unsure shadow rays", log));
   TRY(buffer_create(&hybrid.unsure_count, device, sizeof(uint32_t), NULL, "unsure shadow rays", log));
-  lights_fit(&hybrid, fits, scene, plan, camera, most);
-  TRY(sure_maps_aim(&hybrid.maps, device, fits, scene->light_count, true, log));
-  if (hybrid.left_out)
-    log_warn(log, "--shadows hybrid: maps of %u of %u lights would take over %.1f GB: all their rays are traced",
-             hybrid.left_out, scene->light_count, 1e-9 * (double)most);
+  lights_fit(&hybrid, scene, plan, camera);
+  TRY(sure_maps_aim(&hybrid.maps, device, hybrid.fits, scene->light_count, true, log));
   *out = hybrid;
   hybrid = (ShadowHybrid){0};
 
 done:
-  free(fits);
   shadow_hybrid_free(&hybrid);
   return status;
 }
@@ -69,6 +78,7 @@ Status shadow_hybrid_mark(ShadowHybrid *hybrid, Device *device, const CameraRays
 {
   const SureMaps *maps = &hybrid->maps;
   if (light >= maps->light_count || maps->lights[light].view_count == 0 || count == 0) return STATUS_OK;
+  hybrid->probes[light] += count;
   return device_launch(
       device, &hybrid->mark, work_items(device, count), count, "mark tiles of sure maps",
       ARGS(ARG_BUFFER(probes->cameras), ARG_BUFFER(maps->infos), ARG(light), ARG_BUFFER(maps->views),
@@ -76,21 +86,69 @@ Status shadow_hybrid_mark(ShadowHybrid *hybrid, Device *device, const CameraRays
       log);
 }
 
+// Texels that a light's maps should have where receivers are. More cost time as they are drawn, fewer as more rays meet
+// the outlines of triangles in their texels: the longer these are for the pixels seen (plan/shadow_cost.c), the more
+// texels pay. The factors were found by trial: room, chrome, colonnade and field take about as long with half of them;
+// of the shared models these leave a tenth of the rays to be traced at most, but for one.
+static double texels_wanted(const ShadowHybrid *hybrid, uint32_t light, const DeviceScene *scene,
+                            const ShadowReceivers *receivers)
+{
+  const double least = 0.06, most = 1, by_outlines = 1;
+  double seen = (double)hybrid->probes[light] * receivers->probe_pixels;
+  double share = by_outlines * sqrt(scene->triangle_count / fmax(seen, 1));
+  return seen * fmin(fmax(share, least), most) * pow(receivers->samples, 2.0 / 3);
+}
+
+// Gives each light's maps the size that suits what was marked; counts lights for whose maps there is no room.
+static Status sizes_choose(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene,
+                           const ShadowReceivers *receivers, Log *log)
+{
+  SureMaps *maps = &hybrid->maps;
+  const ShadowScope scope = {receivers->camera, scene->low, scene->high};
+  const uint64_t most = shadow_bytes_most(&hybrid->options, device);
+  uint64_t bytes = 0;
+  uint8_t *levels = calloc(maps->light_count + 1, sizeof *levels);
+  if (!levels) return log_no_memory(log, "sure maps");
+  for (uint32_t i = 0; i < maps->light_count; i++) {
+    ShadowFit *fit = &hybrid->fits[i];
+    if (fit->info.view_count == 0) continue;
+    const uint32_t size = fit->info.size_px, tile_texels = SHADOW_TILE_PX * SHADOW_TILE_PX;
+    double wanted = texels_wanted(hybrid, i, scene, receivers);
+    uint32_t tiles = sure_maps_marked(maps, i, 0);
+    while (!hybrid->options.map_size_px && size >> levels[i] > least_size_px && tiles * tile_texels > 2 * wanted)
+      tiles = sure_maps_marked(maps, i, ++levels[i]);
+    if (levels[i]) light_fit(fit, hybrid, &scene->light_infos[i], &scope, size >> levels[i]);
+    uint64_t more = sure_maps_tiles(&fit->info) * sizeof(ShadowTile) + tiles * sure_tile_bytes;
+    bool left_out = bytes + more > most;
+    if (!left_out) bytes += more;
+    if (left_out) hybrid->left_out++;
+    if (left_out) fit->info.view_count = 0;
+  }
+  Status status = sure_maps_shrink(maps, device, hybrid->fits, levels, log);
+  free(levels);
+  if (hybrid->left_out)
+    log_warn(log, "--shadows hybrid: maps of %u of %u lights would take over %.1f GB: all their rays are traced",
+             hybrid->left_out, scene->light_count, 1e-9 * (double)most);
+  return status;
+}
+
 Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                          const CameraInfo *camera, Log *log)
+                          const ShadowReceivers *receivers, Log *log)
 {
   Status status = STATUS_OK;
   Solids solids = {0};
   DeviceBuffer solid = {0};
   SureRaster raster = {0};
   TRY(sure_raster_make(&raster, device, triangles, &(RasterOptions){0}, log));
+  TRY(sure_maps_read_marks(&hybrid->maps, device, log));
+  TRY(sizes_choose(hybrid, device, scene, receivers, log));
   TRY(sure_maps_settle(&hybrid->maps, device, log));
   if (hybrid->maps.block_count == 0) goto done;
   TRY(solids_make(&solids, scene->source, log));
   TRY(buffer_create(&solid, device, solids.word_count * sizeof *solids.bits, solids.bits, "closed surfaces", log));
   for (uint32_t i = 0; i < hybrid->maps.light_count; i++) {
     if (!shadow_hybrid_has(hybrid, i)) continue;
-    bool suits = solids_suit(&solids, &scene->light_infos[i], camera);
+    bool suits = solids_suit(&solids, &scene->light_infos[i], receivers->camera);
     TRY(sure_maps_draw(&hybrid->maps, i, &raster, device, triangles, &solid, suits, log));
   }
 
@@ -104,6 +162,8 @@ done:
 void shadow_hybrid_free(ShadowHybrid *hybrid)
 {
   sure_maps_free(&hybrid->maps);
+  free(hybrid->fits);
+  free(hybrid->probes);
   kernel_free(&hybrid->judge);
   kernel_free(&hybrid->mark);
   ray_stream_free(&hybrid->unsure);

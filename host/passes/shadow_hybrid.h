@@ -10,15 +10,17 @@
 
 typedef struct ShadowHybrid {
   Kernel judge, mark;
-  SureMaps maps;      // without maps a light's rays are traced
+  SureMaps maps;     // without maps a light's rays are traced
+  ShadowFit *fits;   // of each light; without views, without maps
+  uint64_t *probes;  // of each light: rays that marked its maps
+  ShadowOptions options;
   uint32_t left_out;  // lights for whose maps there was no room
   RayStream unsure;
   DeviceBuffer unsure_count;
   uint64_t rays, traced;  // of what was judged so far, by shading too
 } ShadowHybrid;
 
-// Aims the maps of every light: at most 76 bytes a texel; lights for whose maps there is no room any more are left out,
-// with a warning that says how many. Errors: those of program_build and buffer_create.
+// Aims the maps of every light, as finely as they may be drawn. Errors: those of program_build and buffer_create.
 Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *scene, const Plan *plan,
                           const CameraInfo *camera, uint32_t capacity, Log *log);
 void shadow_hybrid_free(ShadowHybrid *hybrid);
@@ -27,10 +29,19 @@ void shadow_hybrid_free(ShadowHybrid *hybrid);
 Status shadow_hybrid_mark(ShadowHybrid *hybrid, Device *device, const CameraRays *probes, uint32_t light,
                           const RayStream *rays, uint32_t segment, uint32_t count, Log *log);
 
+// Whom the maps are drawn for.
+typedef struct ShadowReceivers {
+  const CameraInfo *camera;
+  uint32_t samples;       // a pixel
+  uint32_t probe_pixels;  // that each probe stood for
+} ShadowReceivers;
+
 // Draws what is marked of the maps, which so are those of one camera and one pose of the scene: rays from elsewhere are
-// traced. A CPU touches what the lists need of the bytes. Errors: those of program_build and buffer_create.
+// traced. Without a size asked for, maps become as small as suits their receivers. At most 76 bytes a texel that is
+// marked, of which a CPU touches what the lists need; lights for whose maps there is no room any more are left out,
+// with a warning that says how many. Errors: those of program_build and buffer_create.
 Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                          const CameraInfo *camera, Log *log);
+                          const ShadowReceivers *receivers, Log *log);
 
 // False where nothing of a light's maps is drawn: all its rays are to be traced.
 bool shadow_hybrid_has(const ShadowHybrid *hybrid, uint32_t light);

@@ -10,17 +10,13 @@
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
-static uint32_t tiles_of(const ShadowInfo *info)
+uint32_t sure_maps_tiles(const ShadowInfo *info)
 {
   return info->view_count * TILE_COLUMNS(info->size_px) * TILE_COLUMNS(info->size_px);
 }
 
-static const uint64_t block_bytes = sizeof(ShadowBlock) + (SHADOW_NUMBERS - 1) * sizeof(ShadowRow);
-
-uint64_t sure_maps_bytes(const ShadowInfo *info)
-{
-  return (uint64_t)tiles_of(info) * (sizeof(ShadowTile) + SHADOW_TILE_BLOCKS * block_bytes);
-}
+const uint64_t sure_tile_bytes =
+    sizeof(ShadowTile) + SHADOW_TILE_BLOCKS * (sizeof(ShadowBlock) + (SHADOW_NUMBERS - 1) * sizeof(ShadowRow));
 
 static Status bins_make(SureRaster *raster, Device *device, Log *log)
 {
@@ -142,7 +138,7 @@ static Status direct_pass(const SureDrawing *drawing, uint32_t first, uint32_t c
   const uint32_t size = drawing->info->size_px, views = drawing->info->view_count, columns = drawing->columns;
   const uint32_t group = device_traits(device)->group_size, lists = views * (columns * columns + 1);
   uint32_t first_triangle = first * RASTER_CHUNK, count = chunks * RASTER_CHUNK;
-  uint64_t tiles = tiles_of(drawing->info), squares = tiles * (SHADOW_TILE_PX * SHADOW_TILE_PX / group);
+  uint64_t tiles = sure_maps_tiles(drawing->info), squares = tiles * (SHADOW_TILE_PX * SHADOW_TILE_PX / group);
   TRY(buffer_zero(device, &raster->counts, log));
   TRY(device_launch(
       device, &raster->take, (uint64_t)count * views, (uint64_t)count * views, "set up triangles of sure maps",
@@ -191,6 +187,7 @@ done:
 static Status tables_make(SureMaps *maps, const ShadowFit *fits, Log *log)
 {
   uint32_t views = 0;
+  maps->tile_count = 0;
   maps->lights = calloc(maps->light_count + 1, sizeof *maps->lights);
   maps->known_tiles = calloc(maps->light_count + 1, sizeof *maps->known_tiles);
   maps->view_table = malloc(((size_t)maps->light_count * SHADOW_VIEWS_MOST + 1) * sizeof *maps->view_table);
@@ -202,7 +199,7 @@ static Status tables_make(SureMaps *maps, const ShadowFit *fits, Log *log)
     info->first_texel = maps->tile_count;
     memcpy(maps->view_table + views, fits[i].views, info->view_count * sizeof *fits[i].views);
     views += info->view_count;
-    maps->tile_count += tiles_of(info);
+    maps->tile_count += sure_maps_tiles(info);
   }
   return STATUS_OK;
 }
@@ -224,6 +221,66 @@ done:
   return status;
 }
 
+Status sure_maps_read_marks(SureMaps *maps, Device *device, Log *log)
+{
+  maps->seen = malloc((maps->tile_count + 1ull) * sizeof *maps->seen);
+  if (!maps->seen) return log_no_memory(log, "sure maps");
+  Status status = buffer_read(device, &maps->marks, maps->seen, maps->tile_count * sizeof *maps->seen, log);
+  buffer_free(&maps->marks);
+  return status;
+}
+
+// The marks of a light's maps, were these smaller by 2^level: a tile has the least of those that become it.
+static void marks_shrink(uint32_t *out, const uint32_t *marks, const ShadowInfo *info, uint32_t level)
+{
+  uint32_t columns = TILE_COLUMNS(info->size_px), fewer = TILE_COLUMNS(info->size_px >> level);
+  memset(out, 0xff, (size_t)info->view_count * fewer * fewer * sizeof *out);  // SHADOW_TILE_UNKNOWN
+  for (uint32_t row = 0; row < info->view_count * columns; row++) {
+    uint32_t *to = out + (row / columns * fewer + (row % columns >> level)) * fewer;
+    for (uint32_t x = 0; x < columns; x++) to[x >> level] = smaller(to[x >> level], marks[row * columns + x]);
+  }
+}
+
+uint32_t sure_maps_marked(const SureMaps *maps, uint32_t light, uint32_t level)
+{
+  const ShadowInfo *info = &maps->lights[light];
+  const uint32_t *marks = maps->seen + info->first_texel;
+  uint32_t columns = TILE_COLUMNS(info->size_px), count = 0;
+  for (uint32_t y = 0; y < info->view_count * columns; y += 1u << level)
+    for (uint32_t x = 0; x < columns; x += 1u << level) {
+      bool marked = false;
+      for (uint32_t i = 0; i < 1u << 2 * level && !marked; i++) {
+        uint32_t at_x = x + (i & ((1u << level) - 1)), at_y = y + (i >> level);
+        if (at_x < columns) marked = marks[at_y * columns + at_x] != SHADOW_TILE_UNKNOWN;
+      }
+      count += marked;
+    }
+  return count;
+}
+
+Status sure_maps_shrink(SureMaps *maps, Device *device, const ShadowFit *fits, const uint8_t *levels, Log *log)
+{
+  Status status = STATUS_OK;
+  SureMaps smaller_maps = {0};
+  TRY(sure_maps_aim(&smaller_maps, device, fits, maps->light_count, false, log));
+  smaller_maps.seen = malloc((smaller_maps.tile_count + 1ull) * sizeof *maps->seen);
+  if (!smaller_maps.seen) {
+    status = log_no_memory(log, "sure maps");
+    goto done;
+  }
+  for (uint32_t i = 0; i < maps->light_count; i++)
+    if (smaller_maps.lights[i].view_count > 0)
+      marks_shrink(smaller_maps.seen + smaller_maps.lights[i].first_texel, maps->seen + maps->lights[i].first_texel,
+                   &maps->lights[i], levels[i]);
+  SureMaps before = *maps;
+  *maps = smaller_maps;
+  smaller_maps = before;
+
+done:
+  sure_maps_free(&smaller_maps);
+  return status;
+}
+
 // What cl/rays/shadow_mark.cl made a mark of.
 static float least_of(uint32_t mark)
 {
@@ -240,7 +297,7 @@ static void tiles_fill(SureMaps *maps, ShadowTile *tiles, const uint32_t *marks)
   for (uint32_t light = 0; light < maps->light_count; light++) {
     const ShadowInfo *info = &maps->lights[light];
     maps->known_tiles[light] = 0;
-    for (uint32_t i = info->first_texel; i < info->first_texel + tiles_of(info); i++) {
+    for (uint32_t i = info->first_texel; i < info->first_texel + sure_maps_tiles(info); i++) {
       bool known = !marks || marks[i] != SHADOW_TILE_UNKNOWN;
       tiles[i] = (ShadowTile){known ? maps->block_count : SHADOW_TILE_UNKNOWN,
                               marks && known ? least_of(marks[i]) : -INFINITY, -INFINITY, -INFINITY};
@@ -255,23 +312,17 @@ Status sure_maps_settle(SureMaps *maps, Device *device, Log *log)
 {
   Status status = STATUS_OK;
   const size_t count = maps->tile_count;
-  const bool marked = maps->marks.memory;
-  uint32_t *marks = malloc((count + 1) * sizeof *marks);
   ShadowTile *tiles = malloc((count + 1) * sizeof *tiles);
-  if (!marks || !tiles) {
-    status = log_no_memory(log, "sure maps");
-    goto done;
-  }
-  if (marked) TRY(buffer_read(device, &maps->marks, marks, count * sizeof *marks, log));
-  tiles_fill(maps, tiles, marked ? marks : NULL);
+  if (!tiles) return log_no_memory(log, "sure maps");
+  tiles_fill(maps, tiles, maps->seen);
   const size_t blocks = maps->block_count;
   TRY(buffer_create(&maps->tiles, device, count * sizeof *tiles, tiles, "sure maps", log));
   TRY(buffer_create(&maps->blocks, device, blocks * sizeof(ShadowBlock), NULL, "sure maps", log));
   TRY(buffer_create(&maps->rows, device, (SHADOW_NUMBERS - 1) * blocks * sizeof(ShadowRow), NULL, "sure maps", log));
 
 done:
-  buffer_free(&maps->marks);
-  free(marks);
+  free(maps->seen);
+  maps->seen = NULL;
   free(tiles);
   return status;
 }
@@ -319,5 +370,6 @@ void sure_maps_free(SureMaps *maps)
   free(maps->lights);
   free(maps->known_tiles);
   free(maps->view_table);
+  free(maps->seen);
   *maps = (SureMaps){0};
 }

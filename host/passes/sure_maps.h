@@ -14,21 +14,33 @@ typedef struct SureMaps {
   ShadowView *view_table;
   DeviceBuffer infos, views;  // ShadowInfo [light_count], ShadowView of all lights
   uint32_t tile_count, block_count;
-  DeviceBuffer marks;   // uint [tile_count], until it is settled which tiles are known
+  DeviceBuffer marks;   // uint [tile_count], until they are read
+  uint32_t *seen;       // [tile_count], the marks as read, until it is settled which tiles are known; NULL: all are
   DeviceBuffer tiles;   // ShadowTile [tile_count]: of light after light, view after view, row by row
   DeviceBuffer blocks;  // ShadowBlock [block_count]
   DeviceBuffer rows;    // ShadowRow [SHADOW_NUMBERS - 1][block_count]
 } SureMaps;
 
-// Bytes of a light's tiles, blocks and rows where all of its tiles are known.
-uint64_t sure_maps_bytes(const ShadowInfo *info);
+// Tiles of a light's maps, and bytes that are kept of one that is known.
+uint32_t sure_maps_tiles(const ShadowInfo *info);
+extern const uint64_t sure_tile_bytes;
 
 // Where the maps look, light by light; a fit of no views is of a light without maps. Marked, only tiles that are then
-// marked (cl/rays/shadow_mark.cl) will be drawn; else all. On failure *out is to be freed too. Errors: those of
-// buffer_create.
+// marked (cl/rays/shadow_mark.cl) and read will be drawn; else all. On failure *out is to be freed too. Errors: those
+// of buffer_create.
 Status sure_maps_aim(SureMaps *out, Device *device, const ShadowFit *fits, uint32_t light_count, bool marked, Log *log);
 
-// Reads the marks, and makes room for what they ask. Errors: those of buffer_create.
+// Reads the marks, to settle by them. Errors: STATUS_NO_MEMORY, STATUS_DEVICE.
+Status sure_maps_read_marks(SureMaps *maps, Device *device, Log *log);
+
+// Tiles that are marked of a light's maps, were these smaller by 2^level.
+uint32_t sure_maps_marked(const SureMaps *maps, uint32_t light, uint32_t level);
+
+// Aims the maps anew, whose marks are read: at the same, but smaller by 2^levels[light], or without views.
+// Errors: those of buffer_create.
+Status sure_maps_shrink(SureMaps *maps, Device *device, const ShadowFit *fits, const uint8_t *levels, Log *log);
+
+// Makes room for what the marks ask. Errors: those of buffer_create.
 Status sure_maps_settle(SureMaps *maps, Device *device, Log *log);
 
 // What draws them, light after light.

@@ -14,16 +14,15 @@ typedef struct ShadowModel {
   double judge_fixed, judge_edge, judge_pixel;
 } ShadowModel;
 
-// From room, chrome, colonnade and field at 1920 x 1080: PoCL on two cores of a Zen 5. Rays within 20 %, a single
-// picture by hybrid within 35 %.
+// From room, chrome, colonnade and field at 1920 x 1080: processor time of PoCL's kernels on a Zen 5, divided by its
+// two cores. Both within 15 %, but for a picture of colonnade by hybrid, which takes 1.4 times as much.
 static const ShadowModel cpu_model = {
-    .edge = 5.2e-5,
-    .pixel = 3.5e-6,
-    .map_triangle = 1.5e-5,
-    .map_edge = 7e-6,
-    .map_pixel = 2.2e-6,
-    .judge_edge = 2.8e-5,
-    .judge_pixel = 2e-6,
+    .edge = 2.9e-5,
+    .pixel = 6.3e-6,
+    .map_triangle = 4e-6,
+    .map_edge = 1.7e-5,
+    .judge_edge = 2e-5,
+    .judge_pixel = 2.4e-6,
 };
 
 // From room, colonnade and field on an H100 with all tiles of the maps drawn: within 30 %.

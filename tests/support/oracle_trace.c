@@ -231,12 +231,17 @@ static double after(const Candidate *at, double end, double condition)
   return most((at->t - end) / (at->t_condition + condition), (at->t_low - end) / at->unit_t);
 }
 
+// Is the hit so near to an end of the ray, `apart` from it, that it may be refused there?
+static bool may_refuse(const Candidate *at, double apart, double margin)
+{
+  return (apart - margin * at->unit_t) * at->thickness <= margin * (at->t_high - at->t_low);
+}
+
 // How surely a hit is one, setting others aside.
 static double firmness(const Candidate *at, const OracleRay *ray)
 {
   double range = least(before(at, ray->t_max, 0), after(at, ray->t_min, 0));
-  double ahead = at->t - ray->t_min - ray->start_margin * at->unit_t;
-  if (ahead * at->thickness <= ray->start_margin * (at->t_high - at->t_low)) return 0;
+  if (may_refuse(at, at->t - ray->t_min, ray->start_margin)) return 0;
   return least(least(at->inset, range), at->cover_margin);
 }
 
@@ -293,9 +298,11 @@ double oracle_lit(const OracleScene *scene, const OracleRay *ray, double *margin
     if (!counts(at, ray)) {
       open = least(open, most(0, remoteness(at, ray, ray->t_max, 0)));
     } else {
+      bool refused = isfinite(ray->t_max) && may_refuse(at, ray->t_max - at->t, ray->end_margin);
+      double surely = refused ? 0 : firmness(at, ray);
       lit *= 1 - at->coverage;
-      open = least(open, firmness(at, ray));
-      if (at->coverage >= 1) firm = most(firm, firmness(at, ray));
+      open = least(open, surely);
+      if (at->coverage >= 1) firm = most(firm, surely);
     }
   }
   free(list.items);

@@ -11,10 +11,10 @@ typedef struct OracleRay {
   uint32_t skip;   // id of a triangle left out, the one the ray starts on; ORACLE_MISS for none
   bool cull;       // single-sided triangles are open from behind (camera and reflected rays)
   double reach_m;  // margins count lengths below this one as this long: for an origin that a device has rounded
-  // An arithmetic may refuse hits so near to t_min that it cannot tell on which side they are. Those have a margin of 0
-  // whose distance from there is no more than this share of the distance of the triangle's vertices, and of its depth
-  // over the height at which it is seen.
-  double start_margin;
+  // An arithmetic may refuse hits so near to t_min, and any hits so near to t_max, that it cannot tell on which side
+  // they are. Those have a margin of 0 whose distance from there is no more than this share of the distance of the
+  // triangle's vertices, and of its depth over the height at which it is seen.
+  double start_margin, end_margin;
 } OracleRay;
 
 // Skips nothing, culls nothing, reach 0.

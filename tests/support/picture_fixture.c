@@ -73,7 +73,8 @@ PictureRequest picture_request(uint32_t width, uint32_t height, uint32_t samples
 }
 
 // Renders to the file at `path`.
-static Status picture_save(const char *path, const Scene *scene, const Camera *camera, const PictureRequest *request)
+static Status picture_save(Picture *out, const char *path, const Scene *scene, const Camera *camera,
+                           const PictureRequest *request)
 {
   Status status = STATUS_OK;
   DeviceScene device_scene = {0};
@@ -101,6 +102,8 @@ static Status picture_save(const char *path, const Scene *scene, const Camera *c
   PictureOptions options = {.aovs = request->aovs, .bit_depth = 8, .quality = 95, .compression = "none"};
   TRY(frame_make(&frame, device, &device_scene, &frame_request, &picture_log));
   TRY(frame_render(&frame, &picture_log));
+  out->shadow_rays = frame.shadow_hybrid.rays;
+  out->shadow_rays_traced = frame.shadow_hybrid.traced;
   TRY(picture_write(&frame, &options, images, path, "exr", &picture_log));
 
 done:
@@ -141,7 +144,7 @@ Picture picture_render(const Scene *scene, const Camera *camera, const PictureRe
   ImageLayer color;
   snprintf(path, sizeof path, "%s/picture.exr", gltf_folder);
   picture_log = (Log){0};
-  picture_assert_ok(picture_save(path, scene, camera, request));
+  picture_assert_ok(picture_save(&picture, path, scene, camera, request));
   layer_read(&color, path, NULL, settings);
   assert_true(color.channels == 4 && color.element == IMAGE_FLOAT && !color.is_display);
   picture.radiance = color.values;

@@ -37,7 +37,8 @@ enum { PICTURE_LAYERS = 24 };
 typedef struct Picture {
   uint32_t width, height;
   float (*radiance)[4];  // linear, [height][width] from the top left; the fourth is the share that hits something
-  ImageLayer layers[PICTURE_LAYERS];  // the AOVs', by the order of picture_layer_names
+  ImageLayer layers[PICTURE_LAYERS];         // the AOVs', by the order of picture_layer_names
+  uint64_t shadow_rays, shadow_rays_traced;  // that hybrid shadows judged, and left to rays
 } Picture;
 
 extern const char *const picture_layer_names[PICTURE_LAYERS];  // "depth.Z"; ends with NULL

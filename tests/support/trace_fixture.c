@@ -170,5 +170,6 @@ OracleRay trace_oracle_ray(const TraceRay *ray, bool cull)
   OracleRay made = oracle_ray(vec3_from_floats(ray->origin), vec3_from_floats(ray->direction), 0, ray->t_max);
   made.cull = cull;
   made.start_margin = TRACE_START_MARGIN;
+  made.end_margin = TRACE_END_MARGIN;
   return made;
 }

@@ -52,5 +52,8 @@ void trace_fixture_lit(bool *out, TraceFixture *fixture, TraceKernel kernel, con
 // vertices.
 #define TRACE_START_MARGIN (64 * 0x1p-24)
 
-// The same ray for the oracle, with TRACE_START_MARGIN; culls as camera rays do if `cull`.
+// Within this of its end any hit may miss what it ends on: 3 times that error (cl/lib/hit.cl).
+#define TRACE_END_MARGIN (3 * TRACE_START_MARGIN)
+
+// The same ray for the oracle, with these margins; culls as camera rays do if `cull`.
 OracleRay trace_oracle_ray(const TraceRay *ray, bool cull);
