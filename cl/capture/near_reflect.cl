@@ -62,7 +62,7 @@ static inline int snapshots_meet(CubePlace *place, float *t, const NearMaps *map
     float t_least, t_most = *t, t_here;
     CubePlace here;
     if (!bounds_meet(&t_least, &t_most, snapshot, ray)) continue;
-    MarchMap map = {0, snapshot, maps->photos, maps->photo_cells, 0, maps->backs, snapshot->texels_rad, HULL_SLACK};
+    MarchMap map = {0, snapshot, maps->photos, maps->photo_cells, 0, maps->backs, snapshot->texels_rad};
     int found = map_meet(&here, &t_here, &map, ray, arc, t_least, t_most);
     if (found == MARCH_UNSURE) return found;
     if (found != MARCH_HIT) continue;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "plan/cube_error.h"
+#include "render/list_bound.h"
 #include "render/reflectors.h"
 #include "shared/stream.h"
 
@@ -94,13 +95,15 @@ static void sight_shift(double out[NEIGHBOURS], const SightErrors *errors, int r
 }
 
 // Pixels that a probe finds wrong, by rung: an edge beside it sweeps more than one.
-static void probe_wrong(double out[BOUND_RUNGS], const ReflectionSight *probe,
+// `edges` receive what the impostor's texels smear.
+static void probe_wrong(double out[BOUND_RUNGS], ProbeEdge edges[NEIGHBOURS], const ReflectionSight *probe,
                         const ReflectionSight *beside[NEIGHBOURS], const CubeInfo *cube, double scale)
 {
   SightErrors own = sight_errors(probe, cube), theirs[NEIGHBOURS];
   Vec3 direction = own.shown[BOUND_CUBE], steps[NEIGHBOURS];
   double change[NEIGHBOURS] = {0}, texel_rad = cube_texel_rad(cube->size);
   memset(out, 0, BOUND_RUNGS * sizeof *out);
+  memset(edges, 0, NEIGHBOURS * sizeof *edges);
   out[BOUND_ENVIRONMENT] = isfinite(probe->distance);
   if (!beside[0] && !beside[1]) return;
   for (int k = 0; k < NEIGHBOURS; k++) {
@@ -112,20 +115,21 @@ static void probe_wrong(double out[BOUND_RUNGS], const ReflectionSight *probe,
   // At the reflector's rim: as much the other way.
   for (int k = 0; k < NEIGHBOURS; k++)
     if (!beside[k]) steps[k] = vec3_cross(direction, steps[1 - k]);
-  for (int rung = BOUND_CUBE; rung < BOUND_RUNGS; rung++) {
-    double shift[NEIGHBOURS], other[NEIGHBOURS], edges = 0, smooth = 0;
+  for (int rung = BOUND_CUBE; rung <= BOUND_IMPOSTOR; rung++) {
+    double shift[NEIGHBOURS], other[NEIGHBOURS], swept = 0, smooth = 0;
     sight_shift(shift, &own, rung, steps, texel_rad);
     for (int k = 0; k < NEIGHBOURS; k++) {
       if (!beside[k]) continue;
       bool outline = theirs[k].distance < 0.8 * own.distance || own.distance < 0.8 * theirs[k].distance;
       double share = rung == BOUND_IMPOSTOR && outline ? outline_share : 1;
       sight_shift(other, &theirs[k], rung, steps, texel_rad);
+      edges[k] = (ProbeEdge){true, change[k], shift[k], other[k], outline, LIST_MET_NOTHING};
       if (change[k] > threshold)
-        edges += share * fmax(shift[k], other[k]);
+        swept += share * fmax(shift[k], other[k]);
       else
         smooth += change[k] * shift[k];
     }
-    out[rung] = edges > 0 ? edges : smooth > threshold;
+    out[rung] = swept > 0 ? swept : smooth > threshold;
   }
 }
 
@@ -171,9 +175,14 @@ static void sums_add(Sums *sums, const double wrong[BOUND_RUNGS])
   }
 }
 
+static uint32_t object_met(const ReflectionSight *sight, const uint32_t *starts, uint32_t objects)
+{
+  return sight->met == HIT_NONE ? LIST_MET_NOTHING : object_of_triangle(starts, objects, sight->met);
+}
+
 // `cubes` and `sums`: [object_count].
 static void probes_judge(Sums *sums, const ReflectionSights *sights, uint32_t pixels, const CubeInfo *cubes,
-                         const uint32_t *starts, uint32_t objects, double scale)
+                         const ListBound *lists, const uint32_t *starts, uint32_t objects, double scale)
 {
   for (uint32_t i = 0; i < pixels; i++) {
     const ReflectionSight *probe = &sights->sights[i], *beside[NEIGHBOURS];
@@ -185,7 +194,12 @@ static void probes_judge(Sums *sums, const ReflectionSights *sights, uint32_t pi
       beside[k] = same ? there : NULL;
     }
     double wrong[BOUND_RUNGS];
-    probe_wrong(wrong, probe, beside, &cubes[object], scale);
+    ProbeEdge edges[NEIGHBOURS];
+    probe_wrong(wrong, edges, probe, beside, &cubes[object], scale);
+    for (uint32_t k = 0; k < NEIGHBOURS; k++)
+      if (beside[k]) edges[k].met = object_met(beside[k], starts, objects);
+    list_bound_wrong(wrong, lists, object, object_met(probe, starts, objects), edges, NEIGHBOURS, outline_share,
+                     threshold);
     sums_add(&sums[object], wrong);
   }
 }
@@ -211,12 +225,15 @@ static void bound_fill(ReflectionBound *bound, const Sums *sums, uint32_t object
     all.shown += sums[o].shown;
     for (int rung = 0; rung < BOUND_RUNGS; rung++) {
       reflector->rungs[rung] = share_of(sums[o].wrong[rung], sums[o].squares[rung], reflector->share, count);
+      if (rung >= BOUND_SNAPSHOT) reflector->rungs[rung].bound += EXACT_SHARE * reflector->share;
       all.wrong[rung] += reflector->rungs[rung].expected * count;
       all.squares[rung] += sums[o].squares[rung];
     }
   }
-  for (int rung = 0; rung < BOUND_RUNGS; rung++)
+  for (int rung = 0; rung < BOUND_RUNGS; rung++) {
     bound->rungs[rung] = share_of(all.wrong[rung], all.squares[rung], all.shown / count, count);
+    if (rung >= BOUND_SNAPSHOT) bound->rungs[rung].bound += EXACT_SHARE * all.shown / count;
+  }
 }
 
 Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float scale, Log *log)
@@ -228,6 +245,7 @@ Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float sca
   uint32_t block_px = (uint32_t)ceil(sqrt((double)camera->width * camera->height / BOUND_PROBES));
   if (block_px < 2) block_px = 2;  // a probe's neighbours are its own
   Frame probing = {0};
+  ListBound lists = {0};
   ReflectionSights sights = {0};
   float offsets[SAMPLES][2];
   FrameRequest request = sight_request(frame, block_px, &sights);
@@ -249,7 +267,8 @@ Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float sca
   uint32_t pixels = blocks->tiles_per_row * ((blocks->height + TILE_SIZE - 1) / TILE_SIZE) * TILE_PIXELS;
   bound.probes = (uint64_t)blocks->width * blocks->height;
   cubes_guess(cubes, frame, &sights, pixels, starts, block_px);
-  probes_judge(sums, &sights, pixels, cubes, starts, objects, (double)scale);
+  TRY(list_bound_make(&lists, frame, cubes, log));
+  probes_judge(sums, &sights, pixels, cubes, &lists, starts, objects, (double)scale);
   bound_fill(&bound, sums, objects);
   *out = bound;
   bound = (ReflectionBound){0};
@@ -257,6 +276,7 @@ Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float sca
 done:
   reflection_bound_free(&bound);
   reflection_sights_free(&sights);
+  list_bound_free(&lists);
   frame_free(&probing);
   free(sums);
   free(cubes);

@@ -4,7 +4,19 @@
 #include "render/frame.h"
 
 // Rungs of which it is told.
-typedef enum BoundRung { BOUND_ENVIRONMENT, BOUND_CUBE, BOUND_BOX, BOUND_IMPOSTOR, BOUND_RUNGS } BoundRung;
+// In the order of ReflectionMethod from REFLECTIONS_ENVIRONMENT on.
+typedef enum BoundRung {
+  BOUND_ENVIRONMENT,
+  BOUND_CUBE,
+  BOUND_BOX,
+  BOUND_IMPOSTOR,
+  BOUND_SNAPSHOT,  // from here on render/list_bound.h
+  BOUND_PLANAR,
+  BOUND_CANDIDATES,
+  BOUND_MIXED,
+  BOUND_HYBRID,
+  BOUND_RUNGS
+} BoundRung;
 
 // Share of the picture's pixels that are off by more than 2/255 in some displayed channel.
 typedef struct BoundShare {
