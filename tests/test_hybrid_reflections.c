@@ -101,7 +101,7 @@ static void mirrors_in_mirrors_are_right(void **state)
     scene_add_sphere(&scene, mirror, vec3(-0.3, -0.1, 0), 0.27, 32);
     scene_add_sphere(&scene, mirror, vec3(0.3, -0.1, 0), 0.27, 32);
     if (joined) scene_join_last(&scene);
-    scene_check(joined ? "two balls in one" : "two balls", &scene, &camera, 0, 0.3);
+    scene_check(joined ? "two balls in one" : "two balls", &scene, &camera, 0, 0.05);
     scene_free(&scene);
   }
 }
@@ -156,7 +156,7 @@ static void hollows_and_holes_are_right(void **state)
     if (k) scene_join_last(&scene);
   }
   scene_add_quad(&scene, blue, vec3(0.6, -0.7, -0.6), vec3(0.3, 0, 0.5), vec3(0, 0.9, 0));
-  scene_check("a cup without a bottom", &scene, &camera, 0, 0.5);
+  scene_check("a cup without a bottom", &scene, &camera, 0, 0.1);
   scene_free(&scene);
 }
 

@@ -5,8 +5,8 @@
 //         cube_of_object   CUBE_NONE where an object has none, [object_count]
 //         cubes, texels, doubts, names   shared/cube.h
 //         scale, allowed   of radiance for display (INFINITY: not known), and how far off that may be
-//         infos .. rows    by cube: what stands about it, triangle by triangle (lib/sure_march.cl). A convex reflector
-//                          is not in its own maps
+//         own_hits, own_ids   by ray: what near_trace found of the reflector itself
+//         infos .. rows    by cube: what else stands about it, triangle by triangle (lib/sure_march.cl)
 //         triangles        in the order of the BVH's leaves
 //   out   radiance[slot]   weight x what the map shows
 //         left_rays        the rays that are left to be traced, packed: those of rough surfaces, of objects without a
@@ -86,16 +86,24 @@ static inline bool is_given(float4 *out, const HybridTexels *maps, global const 
   return shown_off(weight * out->xyz, off, maps->scale) <= maps->allowed;
 }
 
+static inline NamedHit hit_of(global const float *hits, global const uint *ids, uint capacity, uint at)
+{
+  NamedHit none = {INFINITY, 0, 0, HIT_NONE};
+  NamedHit hit = {hits[HIT_T * capacity + at], hits[HIT_U * capacity + at], hits[HIT_V * capacity + at], ids[at]};
+  return hit.id == HIT_NONE ? none : hit;
+}
+
 kernel void hybrid_reflect(global const float *rays, global const uint *slots, uint capacity, uint ray_count,
-                           global const uint *object_starts, uint object_count, global const uint *cube_of_object,
-                           global const CubeInfo *cubes, global const float4 *texels, global const float2 *doubts,
-                           global const uint *names, float scale, float allowed, global const ShadowInfo *infos,
-                           global const ShadowView *views, global const ShadowTile *tiles,
-                           global const ShadowBlock *blocks, global const ShadowRow *rows, uint block_count,
-                           global const BvhTriangle *triangles, constant EnvironmentInfo *environment,
-                           global const Float4 *environment_pixels, global float4 *radiance, global float *left_rays,
-                           global uint *left_slots, global float *named_rays, global uint *named_slots,
-                           global float *named_hits, global uint *named_ids, global uint *counts)
+                           global const float *own_hits, global const uint *own_ids, global const uint *object_starts,
+                           uint object_count, global const uint *cube_of_object, global const CubeInfo *cubes,
+                           global const float4 *texels, global const float2 *doubts, global const uint *names,
+                           float scale, float allowed, global const ShadowInfo *infos, global const ShadowView *views,
+                           global const ShadowTile *tiles, global const ShadowBlock *blocks,
+                           global const ShadowRow *rows, uint block_count, global const BvhTriangle *triangles,
+                           constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
+                           global float4 *radiance, global float *left_rays, global uint *left_slots,
+                           global float *named_rays, global uint *named_slots, global float *named_hits,
+                           global uint *named_ids, global uint *counts)
 {
   ReflectorCubes reflectors = {object_starts, object_count, cube_of_object};
   HybridTexels maps = {texels, doubts, names, scale, allowed};
@@ -113,9 +121,10 @@ kernel void hybrid_reflect(global const float *rays, global const uint *slots, u
       int answer = ANSWER_LEFT;
       if (number != CUBE_NONE) {
         float3 from = lane_float3(r.origin, lane), along = lane_float3(r.direction, lane);
+        CubeRay ray = cube_ray(&cubes[number], from, lane_float3(r.unit, lane));
         global const ShadowInfo *info = &infos[number];
         const SureLists lists = {info, views + info->first_view, tiles, blocks, rows, block_count, triangles};
-        CubeRay ray = cube_ray(&cubes[number], from, lane_float3(r.unit, lane));
+        hit = hit_of(own_hits, own_ids, capacity, first + lane);
         int meets = sure_meet(&hit, &lists, from, along);
         if (meets == MEETS_NOTHING) answer = ANSWER_OPEN;
         if (meets == MEETS_HIT)

@@ -1,5 +1,5 @@
-// Where a ray first meets a triangle, by what the texels of six maps about a point know (shared/shadow.h): maps of all
-// triangles, whichever way they face.
+// Where a ray first meets a triangle, by what the texels of six maps about a point know (shared/shadow.h): maps of
+// triangles whichever way they face.
 //
 // As seen from the maps' centre a ray runs along a line on each face that it crosses; along that closeness is linear,
 // and so is closeness times the way so far. The line is followed tile by tile, and texel by texel where a tile holds
@@ -108,7 +108,7 @@ static inline void texel_test(ListRay *ray, const SureLists *lists, uint index, 
   NamedTriangles some = named_none();
   for (uint k = 0; k < block->row_count; k++) {
     global const ShadowRow *row = k ? &lists->rows[(k - 1) * lists->block_count + index] : &block->first;
-    uint number = row->number[entry] & ~SHADOW_CLOSED;
+    uint number = row->number[entry];
     if (row->near[entry] < least) break;
     if (was_tested(ray, number)) continue;
     global const BvhTriangle *of = &lists->triangles[number];
@@ -235,8 +235,9 @@ static inline FaceLine face_line(const SureLists *lists, const ListRay *ray, uin
 #define MEETS_HIT 1
 #define MEETS_UNSURE 2
 
-// `origin` and `direction` are in world space; t counts in lengths of the direction.
-static inline int sure_meet(NamedHit *out, const SureLists *lists, float3 origin, float3 direction)
+// What a ray meets before *nearest, a hit that is known otherwise, or else that. `origin` and `direction` are in world
+// space; t counts in lengths of the direction.
+static inline int sure_meet(NamedHit *nearest, const SureLists *lists, float3 origin, float3 direction)
 {
   ListRay ray;
   Float3 center = lists->views[0].raster.origin;
@@ -247,23 +248,22 @@ static inline int sure_meet(NamedHit *out, const SureLists *lists, float3 origin
   if (!(rounding * (float)lists->info->size_px < SURE_PADDING / 2)) return MEETS_UNSURE;
   ray.slack = SHADOW_ROUNDING + rounding;
   ray.ray = named_ray(origin, direction);
-  NamedHit none = {INFINITY, 0, 0, HIT_NONE};
-  ray.nearest = none;
+  ray.nearest = *nearest;
   ray.unclear_t = INFINITY;
   ray.turn = 0;
   for (uint i = 0; i < MARCH_TESTED; i++) ray.tested[i] = HIT_NONE;
   uint face = face_of(ray.from);
-  float begin = 0;
-  for (uint i = 0; i < 2 * CUBE_FACES; i++) {
+  float begin = 0, t_most = nearest->t;
+  bool ends = false;
+  for (uint i = 0; i < 2 * CUBE_FACES && !ends; i++) {
     uint next = face;
-    float end = max(face_end(&next, &ray, face), begin);
+    float end = min(max(face_end(&next, &ray, face), begin), t_most);
     FaceLine line = face_line(lists, &ray, face, begin, end);
-    bool ends = face_pass(&ray, lists, &line);
-    *out = ray.nearest;
-    if (ends) return ray.unclear_t <= ray.nearest.t ? MEETS_UNSURE : MEETS_HIT;
-    if (end == INFINITY) return min(ray.nearest.t, ray.unclear_t) < INFINITY ? MEETS_UNSURE : MEETS_NOTHING;
+    ends = face_pass(&ray, lists, &line) || end >= t_most;
     begin = end;
     face = next;
   }
-  return MEETS_UNSURE;
+  *nearest = ray.nearest;
+  if (!ends || ray.unclear_t < ray.nearest.t) return MEETS_UNSURE;
+  return ray.nearest.t < INFINITY ? MEETS_HIT : MEETS_NOTHING;
 }

@@ -193,7 +193,7 @@ static inline UintL packed_range(IntL first, IntL last)
 
 // The words of a triangle's record, all but SURE_VIEW.
 static inline void list_fields(UintL fields[SURE_VIEW], const ListTriangle *t, const IntL box[4], UintL number,
-                               UintL flags, IntL marked, uint what)
+                               UintL flags, IntL marked)
 {
   FloatL zero = FLOATL(0);
   const FloatL near[6] = {t->near_0, t->near_x, t->near_y, t->near_most, t->near_least, t->slack};
@@ -208,7 +208,6 @@ static inline void list_fields(UintL fields[SURE_VIEW], const ListTriangle *t, c
   fields[SURE_NUMBER] = number | (marked ? UINTL(SHADOW_CLOSED) : UINTL(0));
   // One that is cut, or lets light through, hides nothing for sure; neither does one whose edges are not to be had.
   IntL hides = !t->whole & ((flags & UINTL(TRIANGLE_MASKED | TRIANGLE_BLENDED)) == UINTL(0));
-  if (what == SURE_MARKED_HIDE_NOTHING) hides = hides & !marked;
   fields[SURE_HIDES] = hides ? UINTL(1) : UINTL(0);
   fields[SURE_ACROSS] = LANE_AS_UINT(t->across);
 }

@@ -67,7 +67,7 @@ kernel void shadow_take(global const RasterBlock *blocks, global const RasterBou
   barrier(CLK_LOCAL_MEM_FENCE);
   if (!seen) return;
   uint fields[SURE_VIEW];
-  list_fields(fields, &t, box, number, blocks[number / RASTER_STEP].flags[number % RASTER_STEP], marked, what);
+  list_fields(fields, &t, box, number, blocks[number / RASTER_STEP].flags[number % RASTER_STEP], marked);
   global uint *record = records + (first + before) * SURE_DIRECT_WORDS;
   for (uint i = 0; i < SURE_VIEW; i++) record[i] = fields[i];
   record[SURE_VIEW] = view;

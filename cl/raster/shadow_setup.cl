@@ -50,8 +50,7 @@ kernel void shadow_setup(global const RasterBlock *blocks, global const RasterBo
     if (!bits) continue;
 
     UintL fields[SURE_WORDS], flags = LANE_LOAD(block->flags, first % RASTER_STEP);
-    list_fields(fields, &t, box, LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX), flags, marked,
-                what);
+    list_fields(fields, &t, box, LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX), flags, marked);
     for (uint i = SURE_VIEW; i < SURE_WORDS; i++) fields[i] = UINTL(0);
     IntL bin_px = INTL(RASTER_BIN_PX);
     UintL x = packed_range(box[0] / bin_px, box[2] / bin_px), y = packed_range(box[1] / bin_px, box[3] / bin_px);

@@ -99,9 +99,8 @@ SHARED_SIZE(ShadowBlock, 320);
 
 // What marks of triangles mean when maps are drawn.
 #define SURE_NONE_MARKED 0u
-#define SURE_MARKED_SOLID 1u         // of closed surfaces: the sides that face the light are left out
-#define SURE_MARKED_LEFT_OUT 2u      // left out
-#define SURE_MARKED_HIDE_NOTHING 3u  // what lies behind one that hides all of a texel is known all the same
+#define SURE_MARKED_SOLID 1u  // of closed surfaces: the sides that face the light are left out
+#define SURE_MARKED_LEFT_OUT 2u
 
 // Words of a triangle's record for them (cl/raster/shadow_setup.cl).
 #define SURE_EDGE 0  // 3 times (x, y, constant), floats: >= 0 where texel (x, y) may be touched

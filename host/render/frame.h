@@ -68,7 +68,7 @@ typedef struct Frame {
   const DeviceScene *scene;
   FrameRequest request;
   CameraRays camera;
-  RasterScene raster_scene;  // with PRIMARY_RASTER, shadow maps or flat mirrors
+  RasterScene raster_scene;  // with PRIMARY_RASTER, shadow maps, cube maps or flat mirrors
   RasterVisibility raster;   // with PRIMARY_RASTER
   ShadowMaps shadow_maps;    // where the plan's shadows use them, as `shadow_hybrid`
   ShadowHybrid shadow_hybrid;

@@ -201,43 +201,20 @@ Status near_objects_make(Frame *frame, const CubeInfo *cubes, Log *log)
 {
   Status status = STATUS_OK;
   NearObjects *near = &frame->near_objects;
-  NearSources sources = {.nears = near->nears,
-                         .snapshots = near->snapshots,
-                         .cube_count = near->cube_count,
-                         .snapshot_count = near->snapshot_count,
-                         .snapshot_texels = near->snapshot_texels};
-  Bvh2Node *nodes = NULL;
-  BvhTriangle *triangles = NULL;
   Bvh2 *trees = calloc((size_t)near->cube_count + 1, sizeof *trees);
   if (!trees) return log_no_memory(log, "objects near reflectors");
-  for (uint32_t i = 0; i < near->cube_count; i++) {
-    TRY(list_tree_make(&trees[i], near, i, frame->scene->source, log));
-    near->nears[i].first_node = (uint32_t)sources.node_count;
-    near->nears[i].first_triangle = (uint32_t)sources.triangle_count;
-    sources.node_count += trees[i].node_count;
-    sources.triangle_count += trees[i].triangle_count;
-  }
-  nodes = malloc((sources.node_count + 1) * sizeof *nodes);
-  triangles = malloc((sources.triangle_count + 1) * sizeof *triangles);
-  if (!nodes || !triangles) {
-    status = log_no_memory(log, "objects near reflectors");
-    goto done;
-  }
-  for (uint32_t i = 0; i < near->cube_count; i++) {
-    const Bvh2 *tree = &trees[i];
-    memcpy(nodes + near->nears[i].first_node, tree->nodes, tree->node_count * sizeof *nodes);
-    if (tree->triangle_count)
-      memcpy(triangles + near->nears[i].first_triangle, tree->triangles, tree->triangle_count * sizeof *triangles);
-  }
-  sources.nodes = nodes;
-  sources.triangles = triangles;
+  for (uint32_t i = 0; i < near->cube_count; i++) TRY(list_tree_make(&trees[i], near, i, frame->scene->source, log));
+  const NearSources sources = {.nears = near->nears,
+                               .trees = trees,
+                               .snapshots = near->snapshots,
+                               .cube_count = near->cube_count,
+                               .snapshot_count = near->snapshot_count,
+                               .snapshot_texels = near->snapshot_texels};
   TRY(near_reflect_make(&frame->near_reflect, frame->device, frame->scene, &sources, frame->capacity, log));
 
 done:
   for (uint32_t i = 0; i < near->cube_count; i++) bvh2_free(&trees[i]);
   free(trees);
-  free(nodes);
-  free(triangles);
   return status;
 }
 

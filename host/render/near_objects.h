@@ -15,7 +15,7 @@ typedef struct NearObjects {
   SnapshotInfo *snapshots;  // [snapshot_count], of all cubes
   uint32_t cube_count, snapshot_count;
   uint32_t left_out;  // near objects that are over the limit: they stay in the cube map, with its parallax
-  size_t node_count, triangle_count, snapshot_texels;
+  size_t snapshot_texels;
   uint64_t bytes;  // of trees and snapshots
 } NearObjects;
 

@@ -283,7 +283,7 @@ static Status hybrid_prepare(Frame *frame, const CubeInfo *cubes, uint32_t count
   if (!convex) return log_no_memory(log, "cube maps");
   for (uint32_t i = 0; i < count; i++) convex[i] = isinf(cubes[i].hull_least);
   Status status = hybrid_reflect_make(hybrid, frame->device, frame->scene, &frame->raster_scene, &frame->camera.info,
-                                      cubes, convex, count, log);
+                                      cubes, convex, count, frame->capacity, log);
   hybrid->allowed = HYBRID_ALLOWED;
   hybrid->scale = isinf(frame->request.exposure_ev) ? INFINITY : exp2f(frame->request.exposure_ev);
   free(convex);
