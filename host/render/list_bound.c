@@ -95,10 +95,10 @@ static double rung_wrong(const ListBound *bound, uint32_t reflector, uint32_t me
     double share = edge->outline || apart ? outline_share : 1;
     double own_px = own == BY_RAYS ? 0 : own_texel * edge->own_px;
     double other_px = other == BY_RAYS ? 0 : other_texel * edge->other_px;
-    if (edge->change <= threshold)
+    if (edge->weight == 0)
       smooth += edge->change * own_px;
     else if (own != BY_RAYS && other != BY_RAYS)
-      swept += share * fmax(own_px, other_px);
+      swept += edge->weight * share * fmax(own_px, other_px);
   }
   return swept > 0 ? swept : smooth > threshold;
 }

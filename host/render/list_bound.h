@@ -12,11 +12,12 @@ typedef struct ListBound {
   uint32_t object_count, complex_from;
 } ListBound;
 
-// A probe beside a neighbour: what the impostor's texels smear between both.
+// A probe and a neighbour: what the impostor's texels smear between both.
 typedef struct ProbeEdge {
   bool is_there;            // the neighbour shows the same reflector
-  double change;            // displayed, between both
-  double own_px, other_px;  // by which what the probe sees is smeared towards it, and what the neighbour sees
+  double weight;            // edges between them, by pixel; 0: none
+  double change;            // displayed, to the next pixel, where there is none
+  double own_px, other_px;  // by which what the probe sees is smeared towards the neighbour, and what that sees
   bool outline;             // what they see stands behind each other
   uint32_t met;             // object that the neighbour's ray meets; LIST_MET_NOTHING
 } ProbeEdge;
