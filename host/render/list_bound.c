@@ -111,3 +111,10 @@ void list_bound_wrong(double wrong[BOUND_RUNGS], const ListBound *bound, uint32_
     wrong[rungs[i]] = rung_wrong(bound, reflector, met, edges, edge_count, rungs[i], outline_share, threshold);
   wrong[BOUND_PLANAR] = wrong[BOUND_HYBRID] = 0;
 }
+
+double list_bound_stated(int rung, double bound, double share)
+{
+  bool photos = rung == BOUND_SNAPSHOT || rung == BOUND_MIXED;
+  double stated = photos ? PHOTO_FACTOR * bound + PHOTO_SHARE * share : bound;
+  return fmin(stated + EXACT_SHARE * share, fmax(bound, share));
+}

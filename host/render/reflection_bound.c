@@ -253,14 +253,16 @@ static void bound_fill(ReflectionBound *bound, const Sums *sums, uint32_t object
     all.shown += sums[o].shown;
     for (int rung = 0; rung < BOUND_RUNGS; rung++) {
       reflector->rungs[rung] = share_of(sums[o].wrong[rung], sums[o].squares[rung], reflector->share, count);
-      if (rung >= BOUND_SNAPSHOT) reflector->rungs[rung].bound += EXACT_SHARE * reflector->share;
+      if (rung >= BOUND_SNAPSHOT)
+        reflector->rungs[rung].bound = list_bound_stated(rung, reflector->rungs[rung].bound, reflector->share);
       all.wrong[rung] += reflector->rungs[rung].expected * count;
       all.squares[rung] += sums[o].squares[rung];
     }
   }
   for (int rung = 0; rung < BOUND_RUNGS; rung++) {
     bound->rungs[rung] = share_of(all.wrong[rung], all.squares[rung], all.shown / count, count);
-    if (rung >= BOUND_SNAPSHOT) bound->rungs[rung].bound += EXACT_SHARE * all.shown / count;
+    if (rung >= BOUND_SNAPSHOT)
+      bound->rungs[rung].bound = list_bound_stated(rung, bound->rungs[rung].bound, all.shown / count);
   }
 }
 

@@ -47,9 +47,9 @@ typedef struct ReflectionBound {
 //           times 0.8: an edge is smeared over one (map resolution; for the impostor it is all there is)
 //   wrong   where the picture changes by more than 2/255 to the next block's probe, and not as steadily as to the next
 //           pixel, an edge lies between, somewhere in the block, and sweeps `shift` pixels (of both sides of it the
-//           greater): the block's share is that over its width; elsewhere the pixel is wrong where what it changes times `shift` is more
-//           than 2/255. Outlines the impostor traces, but for 0.6 % (by trial). Environment: every ray that meets
-//           something is wrong
+//           greater): the block's share is that over its width; elsewhere the pixel is wrong where what it changes
+//           times `shift` is more than 2/255. Outlines the impostor traces, but for 0.6 % (by trial). Environment:
+//           every ray that meets something is wrong
 //
 // The mean over the probes is expected, no more than what shows the reflector; `bound` is 1.15 (expected + z s), s its
 // standard error over the probes, z = 2.576 (99 %): the rest of the factor is for what is hidden from the centre, and
