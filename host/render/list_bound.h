@@ -47,7 +47,7 @@ void list_bound_wrong(double wrong[BOUND_RUNGS], const ListBound *bound, uint32_
 // reflectors. Outlines of what is photographed are few and thin beside the probes: with snapshots it is PHOTO_FACTOR of
 // that, and PHOTO_SHARE of the pixels more, both found by trial over 480 pictures.
 double list_bound_stated(int rung, double bound, double share);
-#define PHOTO_FACTOR 1.6
+#define PHOTO_FACTOR 1.5
 #define PHOTO_SHARE 1.5e-3
 
 // Of the pixels that show reflectors, what rounding leaves: it turns over which of two things is nearer, or hides a

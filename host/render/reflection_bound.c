@@ -11,7 +11,7 @@
 
 enum { NEIGHBOURS = 2, SAMPLES = 1 + 2 * NEIGHBOURS };
 
-static const double threshold = 2.0 / 255, normal_99 = 2.576, bound_factor = 1.15;
+static const double threshold = 2.0 / 255, normal_99 = 2.576, bound_factor = 1.3;
 
 // Of a texel, by which an edge in it is smeared: all of it across, edges of all directions counted to the right and
 // down.

@@ -51,7 +51,7 @@ typedef struct ReflectionBound {
 //           times `shift` is more than 2/255. Outlines the impostor traces, but for 0.6 % (by trial). Environment:
 //           every ray that meets something is wrong
 //
-// The mean over the probes is expected, no more than what shows the reflector; `bound` is 1.15 (expected + z s), s its
+// The mean over the probes is expected, no more than what shows the reflector; `bound` is 1.3 (expected + z s), s its
 // standard error over the probes, z = 2.576 (99 %): the rest of the factor is for what is hidden from the centre, and
 // was found by trial. `frame` is made; `scale` is what its radiance is multiplied by for display.
 //
