@@ -97,6 +97,10 @@ static void reflections_by_maps_say_how_many_rays_they_answered(void **state)
   assert_int_equal(json_array_size(reflectors), 1);
   assert_true(json_real_value(json_member(json_array_get(reflectors, 0), "share")) > 0.01);
   assert_true(bound < json_real_value(json_member(json_member(predicted, "cube"), "bound")));
+  static const char *const lists[] = {"snapshot", "mixed", "candidates", "hybrid", "planar"};
+  for (size_t i = 0; i < sizeof lists / sizeof *lists; i++)
+    assert_true(json_real_value(json_member(json_member(predicted, lists[i]), "bound")) < bound);
+  assert_true(json_real_value(json_member(json_member(predicted, "hybrid"), "expected")) == 0);
   if (off > bound || bound > 10 * off) fail_msg("%g off, %g stated", off, bound);
   json_decref(stats);
   cli_free(&run);
@@ -124,6 +128,8 @@ static void exact_reflections_say_what_they_are_made_of(void **state)
   json_int_t rays = json_integer_value(json_member(flat, "rays"));
   assert_int_equal(json_integer_value(json_member(flat, "planes")), 1);
   assert_true(rays > 300 && json_integer_value(json_member(flat, "traced")) * 20 < rays);
+  double stated = json_real_value(json_member(json_member(json_member(flat, "predicted"), "planar"), "bound"));
+  assert_true(stated > 0 && stated < 1e-4);
   json_decref(stats);
   cli_free(&run);
 }

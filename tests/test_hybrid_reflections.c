@@ -15,10 +15,8 @@
 
 enum { CUBE_PX = 128 };
 
-// Renders by rays and by hybrid reflections: no more than `most` pixels are off, and no more than `traced_most` of the
-// rays are traced.
-static void scene_check(const char *name, const Scene *scene, const Camera *camera, uint32_t lanes, size_t most,
-                        double traced_most)
+// Renders by rays and by hybrid reflections: no pixel is off, and no more than `traced_most` of the rays are traced.
+static void scene_check(const char *name, const Scene *scene, const Camera *camera, uint32_t lanes, double traced_most)
 {
   MirrorsShown *rays = mirrors_shown(scene, camera, REFLECTIONS_RAYS, 0, lanes, 1);
   MirrorsShown *hybrid = mirrors_shown(scene, camera, REFLECTIONS_HYBRID, CUBE_PX, lanes, 1);
@@ -26,7 +24,7 @@ static void scene_check(const char *name, const Scene *scene, const Camera *came
   print_message("%s: %zu pixels off, %.0f rays, %.3f traced, %.3f shaded\n", name, off, hybrid->rays,
                 hybrid->traced / hybrid->rays, hybrid->shaded / hybrid->rays);
   assert_true(hybrid->rays > 1500);
-  if (off > most || hybrid->traced > traced_most * hybrid->rays)
+  if (off > 0 || hybrid->traced > traced_most * hybrid->rays)
     fail_msg("%s: %zu pixels off, %g traced", name, off, hybrid->traced / hybrid->rays);
   free(rays);
   free(hybrid);
@@ -72,7 +70,7 @@ static void a_room_is_that_of_rays(void **state)
     scene_add_box(&scene, red, vec3(0.8, -1.2, 0.2), vec3(1.1, -0.5, 0.5));
     scene_add_box(&scene, green, vec3(1.3, -1.2, 0), vec3(1.7, 0, 0.4));
     scene_add_box(&scene, green, vec3(-0.9, -1.2, 0.6), vec3(-0.7, 0.5, 0.8));
-    scene_check("room", &scene, &camera, widths[i], 2, 0.2);
+    scene_check("room", &scene, &camera, widths[i], 0.05);
     scene_free(&scene);
   }
 }
@@ -83,7 +81,7 @@ static void shine_is_not_taken_from_the_map(void **state)
   Scene scene = room_scene(0.5);
   Camera camera = camera_make();
   scene_add_sphere(&scene, mirrors_material(&scene, false), vec3(0, -0.1, 0), 0.4, 32);
-  scene_check("metal walls", &scene, &camera, 0, 2, 0.2);
+  scene_check("metal walls", &scene, &camera, 0, 0.05);
   MirrorsShown *impostor = mirrors_shown(&scene, &camera, REFLECTIONS_IMPOSTOR, CUBE_PX, 0, 1);
   MirrorsShown *rays = mirrors_shown(&scene, &camera, REFLECTIONS_RAYS, 0, 0, 1);
   assert_true(mirrors_off(impostor, rays) > 200);
@@ -103,7 +101,7 @@ static void mirrors_in_mirrors_are_right(void **state)
     scene_add_sphere(&scene, mirror, vec3(-0.3, -0.1, 0), 0.27, 32);
     scene_add_sphere(&scene, mirror, vec3(0.3, -0.1, 0), 0.27, 32);
     if (joined) scene_join_last(&scene);
-    scene_check(joined ? "two balls in one" : "two balls", &scene, &camera, 0, 2, 0.3);
+    scene_check(joined ? "two balls in one" : "two balls", &scene, &camera, 0, 0.05);
     scene_free(&scene);
   }
 }
@@ -116,7 +114,49 @@ static void a_step_hides_its_side(void **state)
   int black = scene_add_material(&scene, material_glowing(vec3(0, 0, 0)));
   scene_add_sphere(&scene, mirrors_material(&scene, false), vec3(0, -0.1, 0), 0.7, 32);
   for (int i = -6; i < 6; i++) scene_add_box(&scene, black, vec3(0.25 * i, -1.2, 1.62), vec3(0.25 * i + 0.1, 1.6, 1.7));
-  scene_check("pilasters", &scene, &camera, 0, 2, 0.35);
+  scene_check("pilasters", &scene, &camera, 0, 0.05);
+  scene_free(&scene);
+}
+
+// Cards of which the ball's centre sees the edge alone, and needles as thin as a tenth of a texel, upright and aslant.
+static void what_is_thinner_than_a_texel_is_seen(void **state)
+{
+  static const uint32_t widths[] = {0, 8, 1};
+  for (int i = 0; i < 3; i++) {
+    Scene scene = room_scene(1);
+    Camera camera = camera_make();
+    Material both = material_glowing(vec3(3, 0.2, 0.2));
+    both.double_sided = true;
+    int red = scene_add_material(&scene, both);
+    scene_add_sphere(&scene, mirrors_material(&scene, false), vec3(0, -0.1, 0), 0.4, 32);
+    for (int k = 0; k < 4; k++) {
+      double turn = 0.4 + 0.5 * k, x = 0.8 * sin(turn), z = 0.8 * cos(turn);
+      scene_add_quad(&scene, red, vec3(x, -0.5, z), vec3(0.3 * x, 0, 0.3 * z), vec3(0, 0.7, 0));
+      scene_add_quad(&scene, red, vec3(1.2 * x, 0.5, 1.2 * z), vec3(0.001, 0, 0.001), vec3(0.3, 0.6, 0.1));
+    }
+    scene_check("cards and needles", &scene, &camera, widths[i], 0.1);
+    scene_free(&scene);
+  }
+}
+
+// A shell shows its own inside and rim in itself; what is cut by a mask, and what lets light through, is traced.
+static void hollows_and_holes_are_right(void **state)
+{
+  enum { SIDES = 24 };
+  Scene scene = room_scene(1);
+  Camera camera = camera_make();
+  Material veil = material_plain(vec3(0.2, 0.3, 0.9), 0, 1);
+  veil.alpha_mode = ALPHA_BLEND;
+  veil.base_color[3] = 0.5f;
+  int mirror = mirrors_material(&scene, true), blue = scene_add_material(&scene, veil);
+  for (int k = 0; k < SIDES; k++) {
+    double a = 2 * M_PI * k / SIDES, b = 2 * M_PI * (k + 1) / SIDES;
+    Vec3 low = {0.45 * cos(a), -0.4, 0.45 * sin(a)};
+    scene_add_quad(&scene, mirror, low, vec3(0.45 * (cos(b) - cos(a)), 0, 0.45 * (sin(b) - sin(a))), vec3(0, 0.5, 0));
+    if (k) scene_join_last(&scene);
+  }
+  scene_add_quad(&scene, blue, vec3(0.6, -0.7, -0.6), vec3(0.3, 0, 0.5), vec3(0, 0.9, 0));
+  scene_check("a cup without a bottom", &scene, &camera, 0, 0.1);
   scene_free(&scene);
 }
 
@@ -191,9 +231,14 @@ static void costs_grow_with_what_is_done(void **state)
 int main(void)
 {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_room_is_that_of_rays),       cmocka_unit_test(shine_is_not_taken_from_the_map),
-      cmocka_unit_test(mirrors_in_mirrors_are_right), cmocka_unit_test(a_step_hides_its_side),
-      cmocka_unit_test(shapes_are_told_apart),        cmocka_unit_test(who_gains_nothing_has_no_map),
+      cmocka_unit_test(a_room_is_that_of_rays),
+      cmocka_unit_test(shine_is_not_taken_from_the_map),
+      cmocka_unit_test(mirrors_in_mirrors_are_right),
+      cmocka_unit_test(a_step_hides_its_side),
+      cmocka_unit_test(what_is_thinner_than_a_texel_is_seen),
+      cmocka_unit_test(hollows_and_holes_are_right),
+      cmocka_unit_test(shapes_are_told_apart),
+      cmocka_unit_test(who_gains_nothing_has_no_map),
       cmocka_unit_test(costs_grow_with_what_is_done),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);

@@ -23,8 +23,6 @@ typedef struct Bounds {
   double stable_share;  // at least
   double worst, mean;   // of the stable
   double all_mean;
-  double
-      wrong_share;  // of the stable pixels that may be farther off than `worst`: they count as wrong, not in the mean
 } Bounds;
 
 static const Bounds usual = {.stable_share = 0.9, .worst = 2e-3, .mean = 2e-5, .all_mean = 1e-3};
@@ -39,7 +37,7 @@ static double pixel_error(const float *got, const double *wanted)
 static void pictures_compare(const char *name, const Picture *picture, const OracleImage *oracle, const Bounds *bounds)
 {
   double worst = 0, mean = 0, all_mean = 0, count = (double)picture->width * picture->height;
-  uint32_t stable = 0, wrong = 0;
+  uint32_t stable = 0;
   for (uint32_t y = 0; y < picture->height; y++) {
     for (uint32_t x = 0; x < picture->width; x++) {
       const double *wanted = oracle->radiance[(size_t)y * picture->width + x];
@@ -48,11 +46,9 @@ static void pictures_compare(const char *name, const Picture *picture, const Ora
       all_mean += error / count;
       if (!oracle_image_stable(oracle, x, y)) continue;
       stable++;
-      bool is_wrong = !(error <= bounds->worst);
-      wrong += is_wrong;
-      if (!is_wrong) mean += error;
-      if (!is_wrong) worst = fmax(worst, error);
-      if (is_wrong && (bounds->wrong_share == 0 || !(error < INFINITY)))
+      mean += error;
+      worst = fmax(worst, error);
+      if (!(error <= bounds->worst))
         fail_msg("%s: (%u, %u) is %g %g %g, not %g %g %g", name, x, y, got[0], got[1], got[2], wanted[0], wanted[1],
                  wanted[2]);
     }
@@ -60,7 +56,6 @@ static void pictures_compare(const char *name, const Picture *picture, const Ora
   mean /= stable;
   print_message("%-32s stable %.3f, their errors up to %.1e, mean %.1e, mean of all %.1e\n", name, stable / count,
                 worst, mean, all_mean);
-  if (wrong > bounds->wrong_share * stable) fail_msg("%s: %u of %u stable pixels are wrong", name, wrong, stable);
   if (!(stable >= bounds->stable_share * count && mean <= bounds->mean && all_mean <= bounds->all_mean))
     fail_msg("%s: too many unstable pixels, or errors too large in the mean", name);
 }
@@ -146,8 +141,6 @@ static void shipped_scenes_agree(void **state)
 
 // Whitted's picture: a mirror ball fills it, and shows the room, what stands in it, and itself in what shines there. No
 // stable pixel is off by more than 1 %, by rays and by hybrid reflections with a map of 256 texels.
-// By rays no stable pixel is off by over 1 %. Hybrid reflections may show another thing at edges that pass between
-// texels, in less than 0.1 % of the pixels.
 static void a_mirror_ball_in_a_room_agrees(void **state)
 {
   Camera camera;
@@ -163,7 +156,7 @@ static void a_mirror_ball_in_a_room_agrees(void **state)
     request.settings.reflections = REFLECTIONS_HYBRID;
     request.settings.cubes.size_px = 256;
     scene_check("mirror ball, hybrid", &scene, &camera, request, own_width,
-                &(Bounds){.stable_share = 0.8, .worst = 0.01, .mean = 5e-4, .all_mean = 3e-3, .wrong_share = 1e-3});
+                &(Bounds){.stable_share = 0.8, .worst = 0.01, .mean = 3e-4, .all_mean = 2e-3});
   }
   scene_free(&scene);
 }

@@ -1,159 +1,18 @@
 // The error that maps about reflectors state before they are rendered: it covers the measured one and is not much more.
 
-#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
-#include <stdlib.h>
 
 #include <cmocka.h>
 
-#include "app/verify.h"
-#include "render/reflection_bound.h"
-#include "scene/scene_build.h"
-#include "support/effort.h"
-#include "support/mirrors.h"
+#include "support/bound_sweep.h"
+#include "support/picture_fixture.h"
 
-enum { WIDTH = 160, HEIGHT = 120, CASES = 480, TILES = 4 };
-
-static uint32_t random_state;
-
-// Uniform in [low, high).
-static double uniform(double low, double high)
-{
-  random_state = random_state * 1664525u + 1013904223u;
-  uint32_t word = (random_state ^ random_state >> 16) * 2246822519u;
-  return low + (high - low) * ((word ^ word >> 15) / 4294967296.0);
-}
-
-typedef enum Shape { BALL, SHEET, CAN, SHAPES } Shape;
-
-// A mirror of any curvature in the middle of a room, which things stand about.
-static Scene scene_random(Shape shape, double radius, double reach)
-{
-  Scene scene = scene_empty();
-  int mirror = mirrors_material(&scene, false);
-  double slant = uniform(-0.4, 0.4), width = uniform(0.5, 2), wall = uniform(2.5, 6);
-  if (shape == BALL) scene_add_sphere(&scene, mirror, vec3(0, 0, 0), radius, 48);
-  if (shape == SHEET)
-    scene_add_quad(&scene, mirror, vec3(-radius, -radius, -slant * radius), vec3(2 * radius, 0, 0),
-                   vec3(0, 2 * radius, 2 * slant * radius));
-  if (shape == CAN) {
-    uint32_t can = scene_add_sphere(&scene, mirror, vec3(0, 0, 0), radius, 48);
-    scene.objects[can].world_from_object.m[0] *= width;
-  }
-  for (int i = 0; i < 6; i++) {
-    Vec3 color = vec3(uniform(0.1, 0.9), uniform(0.1, 0.9), uniform(0.1, 0.9));
-    int glow = scene_add_material(&scene, material_glowing(color));
-    const Vec3 low = {-wall, -wall, -wall}, x = {2 * wall, 0, 0}, y = {0, 2 * wall, 0}, z = {0, 0, 2 * wall};
-    const Vec3 sides[6][3] = {{low, y, z}, {vec3_add(low, x), z, y}, {low, z, x}, {vec3_add(low, y), x, z},
-                              {low, x, y}, {vec3_add(low, z), y, x}};
-    int dark = scene_add_material(&scene, material_glowing(vec3_scale(color, 0.5)));
-    for (int tile = 0; tile < TILES * TILES; tile++) {
-      int column = tile % TILES, row = tile / TILES;
-      Vec3 u = vec3_scale(sides[i][1], 1.0 / TILES), v = vec3_scale(sides[i][2], 1.0 / TILES);
-      Vec3 corner = vec3_add(sides[i][0], vec3_add(vec3_scale(u, column), vec3_scale(v, row)));
-      scene_add_quad(&scene, (column + row) % 2 ? dark : glow, corner, u, v);
-    }
-  }
-  for (int i = 0; i < 12; i++) {
-    int glow =
-        scene_add_material(&scene, material_glowing(vec3(uniform(0.05, 0.9), uniform(0.05, 0.9), uniform(0.05, 0.9))));
-    double far = uniform(radius * 2, 0.95 * wall), turn = uniform(0, 2 * M_PI), size = uniform(0.05, 0.25) * far;
-    Vec3 at = vec3(far * cos(turn), uniform(-0.8, 0.8) * far, far * sin(turn));
-    if (at.z > 0 && at.z < 1.2 * reach + size && fabs(at.x) < 0.5 * at.z) continue;  // in the camera's way
-    if (i % 2)
-      scene_add_box(&scene, glow, vec3_sub(at, vec3(size, size, size)), vec3_add(at, vec3(size, 0.5 * size, size)));
-    else
-      scene_add_sphere(&scene, glow, at, size, 12);
-  }
-  return scene;
-}
-
-typedef struct Case {
-  double measured, expected, bound;
-} Case;
-
-static Case case_measure(const Scene *scene, const Camera *camera, const RenderSettings *settings)
-{
-  Device *device = picture_device(0);
-  DeviceScene on_device = {0};
-  Frame frame = {0};
-  VerifyResult result;
-  ReflectionBound bound;
-  const PictureOptions picture = {.opaque = true};
-  const RenderOptions options = {.settings = *settings, .verify = {.all = true}};
-  picture_assert_ok(device_scene_make(&on_device, device, scene, NULL, &picture_log));
-  SceneFacts facts = {.triangle_count = on_device.triangle_count, .has_mirrors = true, .least_roughness = INFINITY};
-  FrameRequest request = {.camera = camera,
-                          .area = {WIDTH, HEIGHT, 0, 0, WIDTH, HEIGHT},
-                          .samples = settings->samples,
-                          .plan = plan_make(settings, &facts)};
-  picture_assert_ok(frame_make(&frame, device, &on_device, &request, &picture_log));
-  picture_assert_ok(reflection_bound_make(&bound, &frame, 1, &picture_log));
-  picture_assert_ok(frame_render(&frame, &picture_log));
-  picture_assert_ok(verify_picture(&result, &(VerifySources){&options, &facts, &frame, &picture}, &picture_log));
-  // One reflector: what is said of it is said of the picture.
-  const int rung = (int)(settings->reflections - REFLECTIONS_ENVIRONMENT);
-  assert_int_equal(bound.count, 1);
-  assert_true(fabs(bound.reflectors[0].rungs[rung].expected - bound.rungs[rung].expected) < 1e-9);
-  Case out = {result.error.off.share, bound.rungs[rung].expected, bound.rungs[rung].bound};
-  reflection_bound_free(&bound);
-  frame_free(&frame);
-  device_scene_free(&on_device);
-  return out;
-}
-
-// One of the sweep's pictures: shape and curvature of the mirror, distance of the camera, what stands about it, and the
-// map's size all vary.
-static Case case_random(ReflectionMethod method, int number, uint32_t samples)
-{
-  random_state = (uint32_t)number * 7919 + 1;
-  Shape shape = (Shape)(number % SHAPES);
-  double radius = uniform(0.15, 0.9), reach = uniform(2.5, 5) * radius;
-  PictureRequest request = mirrors_request(WIDTH, method, 32u << (uint32_t)uniform(0, 5));
-  request.settings.height = HEIGHT;
-  request.settings.samples = samples;
-  Scene scene = scene_random(shape, radius, reach);
-  Vec3 eye = vec3(uniform(-0.3, 0.3) * reach, uniform(-0.3, 0.3) * reach, reach);
-  Camera camera = camera_perspective(eye, vec3(0, 0, 0), 2.2 * atan(radius / reach));
-  camera.znear_m = 0.01;
-  Case c = case_measure(&scene, &camera, &request.settings);
-  if (getenv("FRUGAL_SHOW_CASES"))
-    printf("%d: %s, shape %d, map %u: measured %.5f, expected %.5f, bound %.5f: %.2f\n", number,
-           reflections_name(method), shape, request.settings.cubes.size_px, c.measured, c.expected, c.bound,
-           c.bound / c.measured);
-  scene_free(&scene);
-  return c;
-}
-
-static int double_compare(const void *a, const void *b)
-{
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
-
-// Covered but for 1 % of all, and one; within 4 times the measured error in the median.
-static void sweep(ReflectionMethod method, uint32_t samples, int usual_count)
-{
-  static double ratios[CASES];
-  int missed = 0, some = 0, count = effort_is_full() ? CASES : effort_is_quick() ? usual_count / 4 : usual_count;
-  for (int i = 0; i < count; i++) {
-    Case c = case_random(method, i, samples);
-    missed += c.bound < c.measured;
-    if (c.measured > 0) ratios[some++] = c.bound / c.measured;
-  }
-  qsort(ratios, (size_t)some, sizeof *ratios, double_compare);
-  assert_true(some > count / 2);
-  print_message("%s: %d of %d beyond the bound; over measured: median %.2f, first and last tenth %.2f, %.2f\n",
-                reflections_name(method), missed, count, ratios[some / 2], ratios[some / 10], ratios[some * 9 / 10]);
-  assert_true(missed <= 1 + 0.01 * count && ratios[some / 2] <= 4);
-}
-
-static void the_environment_states_its_error(void **state) { sweep(REFLECTIONS_ENVIRONMENT, 1, 8); }
-static void cubes_state_their_error(void **state) { sweep(REFLECTIONS_CUBE, 1, 12); }
-static void boxes_state_their_error(void **state) { sweep(REFLECTIONS_BOX, 1, 12); }
-static void impostors_state_their_error(void **state) { sweep(REFLECTIONS_IMPOSTOR, 1, 12); }
+static void the_environment_states_its_error(void **state) { bound_sweep(REFLECTIONS_ENVIRONMENT, 1, 8); }
+static void cubes_state_their_error(void **state) { bound_sweep(REFLECTIONS_CUBE, 1, 12); }
+static void boxes_state_their_error(void **state) { bound_sweep(REFLECTIONS_BOX, 1, 12); }
+static void impostors_state_their_error(void **state) { bound_sweep(REFLECTIONS_IMPOSTOR, 1, 12); }
 
 int main(void)
 {

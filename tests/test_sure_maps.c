@@ -68,7 +68,8 @@ static SureCopy maps_draw(RasterFixture *fixture, const Solids *solids, const Sh
     raster_assert_ok(sure_maps_read_marks(&maps, device, &raster_log));
   }
   raster_assert_ok(sure_maps_settle(&maps, device, &raster_log));
-  raster_assert_ok(sure_maps_draw(&maps, 0, &raster, device, &fixture->triangles, &solid, true, &raster_log));
+  raster_assert_ok(
+      sure_maps_draw(&maps, 0, &raster, device, &fixture->triangles, &solid, SURE_MARKED_SOLID, &raster_log));
   SureCopy copy = {maps.block_count, maps.tile_count, buffer_copy(device, &maps.tiles),
                    buffer_copy(device, &maps.blocks), buffer_copy(device, &maps.rows)};
   assert_int_equal(maps.block_count, SHADOW_TILE_BLOCKS * maps.known_tiles[0]);

@@ -10,9 +10,7 @@
 //   cube_doubt   by texel: how far radiance may be off at a point between it and its neighbours to the right and below.
 //                Between four texels it is off by no more than the greatest second difference of the rows and columns
 //                through them: an eighth of it where radiance is smooth, half of it where a straight edge passes, all
-//                of it where an edge cuts a corner off. Beside that the greatest change of the four. Where the second
-//                difference of the closeness is over CUBE_STEP of it a step may lie there, with a side that the centre
-//                does not see: marked in the texel's name.
+//                of it where an edge cuts a corner off. Beside that the greatest change of the four.
 //
 //   Cost  a ray's hit shaded 1 + DOUBT_EYES times, without shadow rays; 60 bytes a texel read, 4 written.
 //   Fails where something thinner than a texel lies between texels, and where a surface that is alike from all of the
@@ -74,20 +72,16 @@ kernel void cube_change_keep(constant CubeInfo *cube, uint first_tile, uint pixe
   }
 }
 
-// Between them a wall's corner of 90 degrees at 128 texels a side and a ball of 50 facets around.
-#define CUBE_STEP 2e-3f
-
 static inline float4 second_difference(float4 a, float4 b, float4 c) { return fabs(a - 2 * b + c); }
 
 kernel void cube_doubt(constant CubeInfo *cube, global const float4 *texels, global const float *changes,
-                       global float2 *doubts, global uint *names)
+                       global float2 *doubts)
 {
   int size = (int)cube->size, count = CUBE_FACES * size * size;
   int begin = (int)(get_global_id(0) * RAYS_PER_ITEM), end = min(begin + RAYS_PER_ITEM, count);
   for (int i = begin; i < end; i++) {
     int x = i % size, y = i / size % size;
     float2 doubt = INFINITY;
-    bool stepped = true;
     if (x + 1 < size && y + 1 < size) {
       global const float4 *at = texels + cube->first_texel + i;
       float4 second = 0;
@@ -101,10 +95,8 @@ kernel void cube_doubt(constant CubeInfo *cube, global const float4 *texels, glo
                                  second_difference(column[0], column[size], below)));
       }
       doubt.x = max(max(second.x, second.y), second.z);
-      stepped = !(second.w <= CUBE_STEP * at[0].w);
       doubt.y = max(max(changes[i], changes[i + 1]), max(changes[i + size], changes[i + size + 1]));
     }
     doubts[cube->first_texel + (uint)i] = doubt;
-    if (stepped) names[cube->first_texel + (uint)i] |= CUBE_STEPPED;
   }
 }

@@ -3,15 +3,11 @@
 //   in    rays, slots      reflected rays; those of mirrors say where they start (RAY_FROM_MIRROR)
 //         cube_of_object   CUBE_NONE where an object has none, [object_count]
 //         cubes, texels    shared/cube.h
-//         hull, cells      the same; REFLECT_BY_IMPOSTOR and REFLECT_BY_HYBRID alone
-//         doubts, names    the same; REFLECT_BY_HYBRID alone, as what follows
-//         positions, corners, materials   of the scene's triangles
-//         scale, allowed   of radiance for display (INFINITY: not known), and how far off that may be
+//         hull, cells      the same; REFLECT_BY_IMPOSTOR alone
 //   out   radiance[slot]   weight x what the map shows
 //         left_rays        the rays that are left to be traced, packed: those of rough surfaces, of objects without a
 //                          cube, and those of which a method says itself that it cannot tell
-//         named_rays, _slots, _hits, _ids   those that need not be traced but must be shaded, packed, and what they hit
-//         counts           of rays that are left, and of those that are named
+//         count            of these
 //
 //   REFLECT_BY_ENVIRONMENT  what lies in the ray's direction beyond the scene. Fails wherever the scene stands before
 //                           it.
@@ -23,12 +19,6 @@
 //   REFLECT_BY_IMPOSTOR     what it shows where the ray goes behind the surface that the cube saw. Cost, and which rays
 //                           are left: lib/impostor.cl.
 //
-//   REFLECT_BY_HYBRID       the same where the picture would not be off by more than what is allowed (cube_doubt.cl).
-//                           Elsewhere the exact hit on one of the triangles that the four texels name, if there is one
-//                           within HYBRID_NEAR of the place; the others are left, as are rays that are under the
-//                           reflector's surface by more than HULL_SLACK_HYBRID. Rays that meet nothing see the
-//                           environment itself. Fails where no texel saw a thing.
-//
 //   Cost  16 bytes x 4 a lookup.
 //   The reflector itself is not in its cube: by the other methods it does not show itself.
 //   A ray's radiance is added slot by slot in the order of launches: no atomics, the same sum on every run.
@@ -38,155 +28,59 @@
 
 #include "lib/environment.cl"
 #include "lib/impostor.cl"
-#include "lib/named_hit.cl"
 #include "lib/radiance.cl"
 #include "lib/reflected.cl"
 
-#define HULL_SLACK_HYBRID 3e-4f
-#define HYBRID_NEAR 0.05f
-
-#define ANSWER_LEFT 0  // to be traced
-#define ANSWER_GIVEN 1
-#define ANSWER_OPEN 2   // nothing but the environment is there
-#define ANSWER_NAMED 3  // to be shaded
-
-// What hybrid reflections are told.
-typedef struct HybridTerms {
-  NamedTriangles triangles;
-  global const float2 *doubts;
-  global const uint *names;
-  float scale, allowed;
-} HybridTerms;
-
-// The hit of a ray on what the texels about a place name, if it is there.
-static inline bool named_at(NamedHit *out, const MarchMap *map, CubePlace place, CubeRay ray, const HybridTerms *terms,
-                            float3 origin, float3 direction)
-{
-  uint names[NAMED_MOST], within = (place.texel - map->cube->first_texel) % (place.size * place.size);
-  uint column = within % place.size, row = within / place.size;
-  if (column == 0 || row == 0 || column + 2 >= place.size || row + 2 >= place.size) return false;
-  for (uint i = 0; i < NAMED_MOST; i++)
-    names[i] = terms->names[place.texel + (i / 4 - 1) * place.size + i % 4 - 1] & ~CUBE_STEPPED;
-  *out = named_hit(names, &terms->triangles, origin, direction);
-  if (out->id == HIT_NONE) return false;
-  CubePlace there = cube_place(map->cube, ray.origin + direction * out->t);
-  float ratio = cube_depth(map->texels, place).here * there.major;
-  return ratio > 1 - HYBRID_NEAR && ratio < 1 + HYBRID_NEAR;
-}
-
-static inline float3 shown3(float3 linear)
-{
-  float3 low = linear * 12.92f, high = 1.055f * powr(max(linear, 1e-6f), 1 / 2.4f) - 0.055f;
-  return linear <= 0.0031308f ? low : high;
-}
-
-// What a radiance that may be `off` makes wrong on a display, times `scale`; INFINITY: by the exposure under which that
-// is the most, if it does not blow out.
-static inline float shown_off(float3 radiance, float3 off, float scale)
-{
-  float3 most = radiance + off, least = max(radiance - off, 0.0f);
-  float brightest = max(max(most.x, most.y), most.z);
-  if (!(brightest < INFINITY)) return INFINITY;
-  if (scale == INFINITY) scale = brightest > 0 ? 1 / brightest : 0;
-  float3 shown = shown3(radiance * scale) - shown3(least * scale);
-  return max(max(shown.x, shown.y), shown.z);
-}
-
-// How far beside the centre a ray passes, in parts of the reflector's reach: so much of a change is taken to be seen,
-// and twice as much, up to all of it, as it may come early.
-static inline float aside_share(const MarchMap *map, CubeRay ray)
-{
-  float aside = length(ray.origin - ray.direction * dot(ray.origin, ray.direction)) / map->cube->reach_m;
-  return max(aside, min(2 * aside, 1.0f));
-}
-
-// What a ray of that weight shows by its reflector's cube, for REFLECT_BY_HYBRID.
-static inline int hybrid_answer(float4 *out, NamedHit *named, const MarchMap *map, CubeRay ray, float3 origin,
-                                float3 direction, float3 weight, const HybridTerms *terms)
-{
-  CubePlace place;
-  float t;
-  if (map_meet(&place, &t, map, ray, arc_of(ray), 0, INFINITY) == MARCH_UNSURE) return ANSWER_LEFT;
-  if (terms->names[place.texel] & CUBE_STEPPED) return ANSWER_LEFT;
-  if (cube_depth(map->texels, place).most <= 0) return ANSWER_OPEN;
-  float2 doubt = terms->doubts[place.texel];
-  *out = cube_sample(map->texels, place);
-  float3 off = weight * (doubt.x + doubt.y * aside_share(map, ray));
-  if (shown_off(weight * out->xyz, off, terms->scale) <= terms->allowed) return ANSWER_GIVEN;
-  bool is_named = named_at(named, map, place, ray, terms, origin, direction);
-  return is_named ? ANSWER_NAMED : ANSWER_LEFT;
-}
-
-// The same for other methods.
-static inline int cube_answer(float4 *out, uint method, const MarchMap *map, CubeRay ray)
+// What a ray shows by its reflector's cube. False where that cannot tell.
+static inline bool cube_answer(float4 *out, uint method, const MarchMap *map, CubeRay ray)
 {
   CubePlace place;
   float3 towards = ray.direction;
   if (method == REFLECT_BY_IMPOSTOR) {
     float t;
-    if (map_meet(&place, &t, map, ray, arc_of(ray), 0, INFINITY) == MARCH_UNSURE) return ANSWER_LEFT;
+    if (map_meet(&place, &t, map, ray, arc_of(ray), 0, INFINITY) == MARCH_UNSURE) return false;
   } else {
-    if (method == REFLECT_BY_BOX && !box_direction(&towards, map->cube, ray)) return ANSWER_LEFT;
+    if (method == REFLECT_BY_BOX && !box_direction(&towards, map->cube, ray)) return false;
     place = cube_place(map->cube, towards);
   }
   *out = cube_sample(map->texels, place);
-  return ANSWER_GIVEN;
+  return true;
 }
 
 kernel void cube_reflect(uint method, global const float *rays, global const uint *slots, uint capacity, uint ray_count,
                          global const uint *object_starts, uint object_count, global const uint *cube_of_object,
                          global const CubeInfo *cubes, global const float4 *texels, global const float *hull,
-                         global const float *cells, global const float2 *doubts, global const uint *names, float scale,
-                         float allowed, global const float *positions, global const TriangleCorners *corners,
-                         global const MaterialInfo *materials, constant EnvironmentInfo *environment,
+                         global const float *cells, constant EnvironmentInfo *environment,
                          global const Float4 *environment_pixels, global float4 *radiance, global float *left_rays,
-                         global uint *left_slots, global float *named_rays, global uint *named_slots,
-                         global float *named_hits, global uint *named_ids, global uint *counts)
+                         global uint *left_slots, global uint *count)
 {
   ReflectorCubes reflectors = {object_starts, object_count, cube_of_object};
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
-  HybridTerms terms = {{positions, corners, materials}, doubts, names, scale, allowed};
   for (uint first = begin; first < end; first += LANES) {
-    UintL slot = LANE_LOAD(slots, first);
-    FloatL density = LANE_LOAD(rays + RAY_DENSITY * capacity, first);
-    UintL source = LANE_AS_UINT(density);
-    IntL active = stream_load_t_max(rays, capacity, first, ray_count) > FLOATL(0);
-    IntL mirrored = active & ((source & UINTL(RAY_FROM_MIRROR)) != UINTL(0)), left = active & !mirrored;
-    Vec3L origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
-    Vec3L direction = stream_load3(rays, capacity, RAY_DIRECTION_X, first), unit = unit3(direction);
-    Vec3L weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
-    IntL open = method == REFLECT_BY_ENVIRONMENT ? mirrored : INTL(0);
-    for (uint bits = lane_bits(mirrored & !open); bits; bits &= bits - 1) {
+    ReflectedRays r = reflected_load(rays, slots, capacity, first, ray_count);
+    IntL left = r.active & !r.mirrored;
+    IntL open = method == REFLECT_BY_ENVIRONMENT ? r.mirrored : INTL(0);
+    for (uint bits = lane_bits(r.mirrored & !open); bits; bits &= bits - 1) {
       uint lane = lowest_bit(bits);
-      uint number = reflector_cube(reflectors, LANE_UINT(source, lane));
-      float4 throughput = lane_float4(weight, lane);
+      uint number = reflector_cube(reflectors, LANE_UINT(r.source, lane));
+      float4 throughput = lane_float4(r.weight, lane);
       float4 value;
-      int answer = ANSWER_LEFT;
+      bool answered = false;
       if (number != CUBE_NONE) {
         MarchMap map = march_map_of_cube(&cubes[number], texels, cells, hull);
-        if (method == REFLECT_BY_HYBRID) map.hull_slack = HULL_SLACK_HYBRID;
-        float3 from = lane_float3(origin, lane);
-        CubeRay ray = cube_ray(map.cube, from, lane_float3(unit, lane));
-        NamedHit named;
-        if (method == REFLECT_BY_HYBRID)
-          answer = hybrid_answer(&value, &named, &map, ray, from, lane_float3(direction, lane), throughput.xyz, &terms);
-        else
-          answer = cube_answer(&value, method, &map, ray);
-        if (answer == ANSWER_NAMED)
-          named_append(&named, rays, slots, capacity, first + lane, named_rays, named_slots, named_hits, named_ids,
-                       &counts[1]);
+        CubeRay ray = cube_ray(map.cube, lane_float3(r.origin, lane), lane_float3(r.unit, lane));
+        answered = cube_answer(&value, method, &map, ray);
       }
-      if (answer == ANSWER_LEFT) LANE_INT(left, lane) = -1;
-      if (answer == ANSWER_OPEN) LANE_INT(open, lane) = -1;
-      if (answer == ANSWER_GIVEN) radiance[LANE_UINT(slot, lane)] += throughput * value;
+      if (answered)
+        radiance[LANE_UINT(r.slot, lane)] += throughput * value;
+      else
+        LANE_INT(left, lane) = -1;
     }
     if (any_lane(open)) {
-      Vec3L seen = environment_radiance(environment, environment_pixels, unit, open);
-      radiance_add(radiance, slot, open, mul3(seen, weight));
+      Vec3L seen = environment_radiance(environment, environment_pixels, r.unit, open);
+      radiance_add(radiance, r.slot, open, mul3(seen, r.weight));
     }
-    density = mirrored ? FLOATL(INFINITY) : density;
-    stream_append_path(left, origin, direction, FLOATL(INFINITY), weight, slot, true, density, left_rays, capacity,
-                       left_slots, &counts[0]);
+    reflected_append(&r, left, left_rays, capacity, left_slots, count);
   }
 }

@@ -62,7 +62,7 @@ static inline int snapshots_meet(CubePlace *place, float *t, const NearMaps *map
     float t_least, t_most = *t, t_here;
     CubePlace here;
     if (!bounds_meet(&t_least, &t_most, snapshot, ray)) continue;
-    MarchMap map = {0, snapshot, maps->photos, maps->photo_cells, 0, maps->backs, snapshot->texels_rad, HULL_SLACK};
+    MarchMap map = {0, snapshot, maps->photos, maps->photo_cells, 0, maps->backs, snapshot->texels_rad};
     int found = map_meet(&here, &t_here, &map, ray, arc, t_least, t_most);
     if (found == MARCH_UNSURE) return found;
     if (found != MARCH_HIT) continue;
@@ -139,28 +139,22 @@ kernel void near_reflect(uint method, float invisible, global const float *rays,
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint first = begin; first < end; first += LANES) {
-    UintL slot = LANE_LOAD(slots, first), id = LANE_LOAD(hit_ids, first);
-    FloatL density = LANE_LOAD(rays + RAY_DENSITY * capacity, first);
+    ReflectedRays r = reflected_load(rays, slots, capacity, first, ray_count);
+    UintL id = LANE_LOAD(hit_ids, first);
     FloatL t = LANE_LOAD(hits + HIT_T * capacity, first);
-    UintL source = LANE_AS_UINT(density);
-    IntL active = stream_load_t_max(rays, capacity, first, ray_count) > FLOATL(0);
-    IntL mirrored = active & ((source & UINTL(RAY_FROM_MIRROR)) != UINTL(0)), left = active & !mirrored;
-    IntL listed = INTL(0);
-    Vec3L origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
-    Vec3L along = stream_load3(rays, capacity, RAY_DIRECTION_X, first), direction = unit3(along);
-    Vec3L weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
-    FloatL length = sqrt(dot3(along, along)), most = max_component3(weight);
-    for (uint bits = lane_bits(mirrored); bits; bits &= bits - 1) {
-      uint lane = lowest_bit(bits), answer = NEAR_LEFT, number = reflector_cube(reflectors, LANE_UINT(source, lane));
+    IntL left = r.active & !r.mirrored, listed = INTL(0);
+    FloatL length = sqrt(dot3(r.direction, r.direction)), most = max_component3(r.weight);
+    for (uint bits = lane_bits(r.mirrored); bits; bits &= bits - 1) {
+      uint lane = lowest_bit(bits), answer = NEAR_LEFT, number = reflector_cube(reflectors, LANE_UINT(r.source, lane));
       float4 value;
       if (number != CUBE_NONE) {
-        CubeRay ray = cube_ray(&cubes[number], lane_float3(origin, lane), lane_float3(direction, lane));
+        CubeRay ray = cube_ray(&cubes[number], lane_float3(r.origin, lane), lane_float3(r.unit, lane));
         float t_listed = LANE_UINT(id, lane) == HIT_NONE ? INFINITY : LANE_FLOAT(t, lane) * LANE_FLOAT(length, lane);
         answer = near_answer(&value, method, &maps, number, ray, t_listed, LANE_FLOAT(most, lane), invisible);
       }
       if (answer == NEAR_ANSWERED) {
-        float4 throughput = lane_float4(weight, lane);
-        radiance[LANE_UINT(slot, lane)] += throughput * value;
+        float4 throughput = lane_float4(r.weight, lane);
+        radiance[LANE_UINT(r.slot, lane)] += throughput * value;
         continue;
       }
       if (answer == NEAR_LISTED)
@@ -169,11 +163,8 @@ kernel void near_reflect(uint method, float invisible, global const float *rays,
         LANE_INT(left, lane) = -1;
       if (answer >= NEAR_FAILED_CUBE) atomic_inc(&counts[answer]);
     }
-    density = mirrored ? FLOATL(INFINITY) : density;
-    stream_append_path(left, origin, along, FLOATL(INFINITY), weight, slot, true, density, left_rays, capacity,
-                       left_slots, &counts[NEAR_LEFT]);
-    uint to = stream_append_path(listed, origin, along, FLOATL(INFINITY), weight, slot, true, density, listed_rays,
-                                 capacity, listed_slots, &counts[NEAR_LISTED]);
+    reflected_append(&r, left, left_rays, capacity, left_slots, &counts[NEAR_LEFT]);
+    uint to = reflected_append(&r, listed, listed_rays, capacity, listed_slots, &counts[NEAR_LISTED]);
     for (uint bits = lane_bits(listed); bits; bits &= bits - 1, to++) {
       uint from = first + lowest_bit(bits);
       for (uint field = 0; field < HIT_FIELD_COUNT; field++)

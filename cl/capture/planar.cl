@@ -18,6 +18,7 @@
 #include "lib/named_hit.cl"
 #include "lib/object.cl"
 #include "lib/tile.cl"
+#include "shared/cube.h"
 #include "shared/planar.h"
 #include "shared/raster.h"
 
@@ -79,6 +80,29 @@ static inline bool is_seen(constant PlanarInfo *plane, float3 origin, float3 dir
          dot(aside, aside) <= 1e-8f * dot(axis, axis) * dot(direction, direction);
 }
 
+// The triangles of the scene, by id.
+typedef struct MeshSources {
+  global const float *positions;  // [vertex_count][3]
+  global const TriangleCorners *corners;
+  global const MaterialInfo *materials;
+} MeshSources;
+
+// The hit of a ray on one triangle. The id is HIT_NONE where it does not meet it for sure.
+static inline NamedHit hit_on(uint id, const MeshSources *from, float3 origin, float3 direction)
+{
+  NamedHit hit = {INFINITY, 0, 0, HIT_NONE};
+  NamedTriangles one = named_none();
+  NamedRay ray = named_ray(origin, direction);
+  TriangleCorners corners = from->corners[id];
+  uint flags = from->materials[corners.material].flags;
+  float unclear_t = INFINITY;
+  named_add(&one, &ray, vload3(corners.vertex[0], from->positions), vload3(corners.vertex[1], from->positions),
+            vload3(corners.vertex[2], from->positions), id, flags & MATERIAL_SINGLE_SIDED,
+            flags & (MATERIAL_MASKED | MATERIAL_BLENDED));
+  named_test(&hit, &unclear_t, &ray, &one);
+  return hit;
+}
+
 kernel void planar_reflect(constant PlanarInfo *plane, uint number, uint others, uint first_tile, uint tile_count,
                            uint first_sample, global const uint *names, global const float *rays,
                            global const uint *slots, uint capacity, uint ray_count, global const uint *object_starts,
@@ -88,7 +112,7 @@ kernel void planar_reflect(constant PlanarInfo *plane, uint number, uint others,
                            global uint *known_slots, global float *known_hits, global uint *known_ids,
                            global uint *counts)
 {
-  const NamedTriangles triangles = {positions, corners, materials};
+  const MeshSources from = {positions, corners, materials};
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint i = begin; i < end; i++) {
@@ -103,12 +127,10 @@ kernel void planar_reflect(constant PlanarInfo *plane, uint number, uint others,
                                rays[RAY_ORIGIN_Z * capacity + i]);
       float3 direction = (float3)(rays[RAY_DIRECTION_X * capacity + i], rays[RAY_DIRECTION_Y * capacity + i],
                                   rays[RAY_DIRECTION_Z * capacity + i]);
-      uint ids[NAMED_MOST];
-      for (uint k = 0; k < NAMED_MOST; k++) ids[k] = CUBE_NAMELESS;
-      ids[0] = names[name_place(plane, slots[i], first_tile, tile_count, first_sample)];
+      uint id = names[name_place(plane, slots[i], first_tile, tile_count, first_sample)];
       if (is_seen(plane, origin, direction)) {
-        is_open = ids[0] == CUBE_NAMELESS;
-        hit = named_hit(ids, &triangles, origin, direction);
+        is_open = id == CUBE_NAMELESS;
+        if (!is_open) hit = hit_on(id, &from, origin, direction);
       }
     }
     if (is_open || hit.id != HIT_NONE) {

@@ -86,13 +86,13 @@ typedef struct MarchMap {
   global const float *cells;
   global const float *hull;  // of a cube, or 0
   global const float *back;  // of a snapshot
-  float texels_rad, hull_slack;
+  float texels_rad;
 } MarchMap;
 
 static inline MarchMap march_map_of_cube(global const CubeInfo *cube, global const float4 *texels,
                                          global const float *cells, global const float *hull)
 {
-  MarchMap map = {cube, 0, texels, cells, hull, 0, (float)cube->size * 0.6366198f, HULL_SLACK};  // size a quarter turn
+  MarchMap map = {cube, 0, texels, cells, hull, 0, (float)cube->size * 0.6366198f};  // size a quarter turn
   return map;
 }
 
@@ -223,7 +223,7 @@ static inline bool hull_is_met(CubeArc arc, float2 angle, MarchWay way, const Ma
     angle = turned(angle, way.turn);
     if (is_past(angle, way.end)) return false;
     float closeness = arc_closeness(&place, arc, angle, map);
-    if (hull_holds(map->hull, place, closeness, map->hull_slack)) return true;
+    if (hull_holds(map->hull, place, closeness, HULL_SLACK)) return true;
   }
   return false;
 }

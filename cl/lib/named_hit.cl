@@ -1,68 +1,98 @@
 // A ray's hit on one of a few triangles that a map names, with the bits that trace_closest gives.
 
-#include "lib/triangle.cl"
-#include "shared/cube.h"
-#include "shared/scene.h"
+#include "lib/hit.cl"
 #include "shared/stream.h"
 
-#define NAMED_MOST 16
-
-// Nearest hit; the id is HIT_NONE where there is none, or where more than the triangle's plane would have to be asked:
-// distances in doubt, alpha.
+// Nearest hit; the id is HIT_NONE where there is none.
 typedef struct NamedHit {
   float t, u, v;
   uint id;
 } NamedHit;
 
+// Axes are permuted as those of the sheared ray.
+typedef struct NamedRay {
+  ShearedRay sheared;
+  SlabAxis slab[3];
+  uint kz;
+  bool positive_kz;
+} NamedRay;
+
+static inline float3 permuted(float3 v, uint kz) { return kz == 0 ? v.yzx : kz == 1 ? v.zxy : v; }
+
+static inline NamedRay named_ray(float3 origin, float3 direction)
+{
+  NamedRay ray;
+  float3 size = fabs(direction);
+  ray.kz = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  ray.sheared = shear_ray(vec3l(FLOATL(origin.x), FLOATL(origin.y), FLOATL(origin.z)),
+                          vec3l(FLOATL(direction.x), FLOATL(direction.y), FLOATL(direction.z)), ray.kz);
+  float3 from = permuted(origin, ray.kz), along = permuted(direction, ray.kz);
+  ray.positive_kz = along.z > 0;
+  ray.slab[0] = slab_axis(FLOATL(from.x), FLOATL(along.x));
+  ray.slab[1] = slab_axis(FLOATL(from.y), FLOATL(along.y));
+  ray.slab[2] = slab_axis(FLOATL(from.z), FLOATL(along.z));
+  return ray;
+}
+
+// Up to LANES triangles, permuted as the ray is. By bit: those open from behind, and those of which more than the plane
+// would have to be asked, as alpha.
 typedef struct NamedTriangles {
-  global const float *positions;  // [vertex_count][3]
-  global const TriangleCorners *corners;
-  global const MaterialInfo *materials;
+  FloatL vertex[3][3];
+  uint ids[LANES];
+  uint count, single_sided, unclear;
 } NamedTriangles;
 
-static inline NamedHit named_hit(const uint names[NAMED_MOST], const NamedTriangles *from, float3 origin,
-                                 float3 direction)
+static inline NamedTriangles named_none(void)
 {
-  NamedHit nearest = {INFINITY, 0, 0, HIT_NONE};
-  float3 size = fabs(direction);
-  uint kz = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  ShearedRay ray = shear_ray(vec3l(FLOATL(origin.x), FLOATL(origin.y), FLOATL(origin.z)),
-                             vec3l(FLOATL(direction.x), FLOATL(direction.y), FLOATL(direction.z)), kz);
-  bool positive_kz = (kz == 0 ? direction.x : kz == 1 ? direction.y : direction.z) > 0;
-  for (uint first = 0; first < NAMED_MOST; first += LANES) {
-    FloatL vertex[3][3];
-    uint flags[NAMED_MOST] = {0}, count = min((uint)LANES, NAMED_MOST - first), wanted = 0;
-    for (uint c = 0; c < 3; c++)
-      for (uint axis = 0; axis < 3; axis++) vertex[c][axis] = FLOATL(0);
-    for (uint k = 0; k < count; k++) {
-      uint id = names[first + k];
-      if (id == CUBE_NAMELESS || (first + k > 0 && id == names[first + k - 1])) continue;
-      TriangleCorners corners = from->corners[id];
-      flags[k] = from->materials[corners.material].flags;
-      if (flags[k] & (MATERIAL_MASKED | MATERIAL_BLENDED)) continue;
-      wanted |= 1u << k;
-      for (uint c = 0; c < 3; c++) {
-        float3 at = vload3(corners.vertex[c], from->positions);
-        LANE_FLOAT(vertex[c][0], k) = kz == 0 ? at.y : kz == 1 ? at.z : at.x;
-        LANE_FLOAT(vertex[c][1], k) = kz == 0 ? at.z : kz == 1 ? at.x : at.y;
-        LANE_FLOAT(vertex[c][2], k) = kz == 0 ? at.x : kz == 1 ? at.y : at.z;
-      }
-    }
-    if (!wanted) continue;
-    TriangleHit hit = triangle_intersect(&ray, vertex[0][0], vertex[0][1], vertex[0][2], vertex[1][0], vertex[1][1],
-                                         vertex[1][2], vertex[2][0], vertex[2][1], vertex[2][2]);
-    wanted &= lane_bits(hit.inside & !hit.doubtful & (hit.t > hit.t_error));
-    for (; wanted; wanted &= wanted - 1) {
-      uint k = lowest_bit(wanted), id = names[first + k];
-      float t = LANE_FLOAT(hit.t, k);
-      bool back = (LANE_INT(hit.determinant_positive, k) != 0) != positive_kz;
-      if ((back && (flags[k] & MATERIAL_SINGLE_SIDED)) || !(t < nearest.t || (t == nearest.t && id < nearest.id)))
-        continue;
+  NamedTriangles none;
+  for (uint c = 0; c < 3; c++)
+    for (uint axis = 0; axis < 3; axis++) none.vertex[c][axis] = FLOATL(0);
+  none.count = none.single_sided = none.unclear = 0;
+  return none;
+}
+
+static inline void named_add(NamedTriangles *to, const NamedRay *ray, float3 a, float3 b, float3 c, uint id,
+                             bool single_sided, bool unclear)
+{
+  const float3 corners[3] = {a, b, c};
+  uint k = to->count++;
+  for (uint i = 0; i < 3; i++) {
+    float3 at = permuted(corners[i], ray->kz);
+    LANE_FLOAT(to->vertex[i][0], k) = at.x;
+    LANE_FLOAT(to->vertex[i][1], k) = at.y;
+    LANE_FLOAT(to->vertex[i][2], k) = at.z;
+  }
+  to->ids[k] = id;
+  to->single_sided |= single_sided ? 1u << k : 0;
+  to->unclear |= unclear ? 1u << k : 0;
+}
+
+// Makes *nearest that of the triangles, if it is nearer. *unclear_t is made that of the nearest of those that are not
+// clear, likewise.
+static inline void named_test(NamedHit *nearest, float *unclear_t, const NamedRay *ray, const NamedTriangles *of)
+{
+  FloatL zero = FLOATL(0);
+  TriangleHit hit =
+      triangle_intersect(&ray->sheared, of->vertex[0][0], of->vertex[0][1], of->vertex[0][2], of->vertex[1][0],
+                         of->vertex[1][1], of->vertex[1][2], of->vertex[2][0], of->vertex[2][1], of->vertex[2][2]);
+  IntL there = hit.inside & (hit.t > zero);
+  if (any_lane(there & hit.doubtful)) {
+    hit_hold(&hit, zero, ray->slab, of->vertex[0], of->vertex[1], of->vertex[2]);
+    there = there & hit.inside;
+  }
+  uint bits = lane_bits(there & (hit.t > hit.t_error)) & ((1u << of->count) - 1);
+  for (; bits; bits &= bits - 1) {
+    uint k = lowest_bit(bits), id = of->ids[k];
+    float t = LANE_FLOAT(hit.t, k);
+    bool back = (LANE_INT(hit.determinant_positive, k) != 0) != ray->positive_kz;
+    if (back && (of->single_sided >> k & 1)) continue;
+    if (of->unclear >> k & 1) {
+      *unclear_t = min(*unclear_t, t);
+    } else if (t < nearest->t || (t == nearest->t && id < nearest->id)) {
       NamedHit found = {t, LANE_FLOAT(hit.u, k), LANE_FLOAT(hit.v, k), id};
-      nearest = found;
+      *nearest = found;
     }
   }
-  return nearest;
 }
 
 // Adds ray `index` of a stream of mirrors' rays to another. Returns its place there.

@@ -35,3 +35,37 @@ static inline CubeRay cube_ray(global const CubeInfo *cube, float3 origin, float
   CubeRay ray = {origin - (float3)(cube->center.x, cube->center.y, cube->center.z), direction};
   return ray;
 }
+
+// LANES rays of a stream from `first` on.
+typedef struct ReflectedRays {
+  UintL slot, source;       // source: of rays of mirrors, RAY_FROM_MIRROR and the triangle
+  FloatL density;           // for rays that are left
+  IntL active, mirrored;    // mirrored: those of mirrors
+  Vec3L origin, direction;  // in the length that t counts in
+  Vec3L unit, weight;       // direction of unit length
+} ReflectedRays;
+
+static inline ReflectedRays reflected_load(global const float *rays, global const uint *slots, uint capacity,
+                                           uint first, uint ray_count)
+{
+  ReflectedRays r;
+  FloatL density = LANE_LOAD(rays + RAY_DENSITY * capacity, first);
+  r.slot = LANE_LOAD(slots, first);
+  r.source = LANE_AS_UINT(density);
+  r.active = stream_load_t_max(rays, capacity, first, ray_count) > FLOATL(0);
+  r.mirrored = r.active & ((r.source & UINTL(RAY_FROM_MIRROR)) != UINTL(0));
+  r.density = r.mirrored ? FLOATL(INFINITY) : density;
+  r.origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
+  r.direction = stream_load3(rays, capacity, RAY_DIRECTION_X, first);
+  r.unit = unit3(r.direction);
+  r.weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
+  return r;
+}
+
+// Adds the rays of `lanes` to another stream. Returns the place of the first there.
+static inline uint reflected_append(const ReflectedRays *r, IntL lanes, global float *to_rays, uint capacity,
+                                    global uint *to_slots, global uint *count)
+{
+  return stream_append_path(lanes, r->origin, r->direction, FLOATL(INFINITY), r->weight, r->slot, true, r->density,
+                            to_rays, capacity, to_slots, count);
+}

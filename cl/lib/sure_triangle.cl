@@ -194,13 +194,13 @@ static inline void list_bounds(IntL out[4], const ListTriangle *t, constant Rast
   out[3] = LANE_CONVERT_INT(max_lane(min_lane(floor(high_y + pad), last), FLOATL(-1)));
 }
 
-// Lanes whose triangle is of a closed surface.
-static inline IntL lanes_solid(global const uint *solid, UintL id, IntL used)
+// Lanes whose triangle is marked.
+static inline IntL lanes_marked(global const uint *marks, UintL id, IntL used)
 {
   UintL bit = UINTL(0);
   for (uint bits = lane_bits(used); bits; bits &= bits - 1) {
     uint lane = lowest_bit(bits), number = LANE_UINT(id, lane);
-    LANE_UINT(bit, lane) = solid[number / 32] >> number % 32 & 1;
+    LANE_UINT(bit, lane) = marks[number / 32] >> number % 32 & 1;
   }
   return bit != UINTL(0);
 }
@@ -212,7 +212,7 @@ static inline UintL packed_range(IntL first, IntL last)
 
 // The words of a triangle's record, all but SURE_VIEW.
 static inline void list_fields(UintL fields[SURE_VIEW], const ListTriangle *t, const IntL box[4], UintL number,
-                               UintL flags, IntL closed)
+                               UintL flags, IntL marked)
 {
   FloatL zero = FLOATL(0);
   const FloatL near[6] = {t->near_0, t->near_x, t->near_y, t->near_most, t->near_least, t->slack};
@@ -224,7 +224,7 @@ static inline void list_fields(UintL fields[SURE_VIEW], const ListTriangle *t, c
   for (uint i = 0; i < 6; i++) fields[SURE_NEAR + i] = LANE_AS_UINT(near[i]);
   fields[SURE_TEXELS] = packed_range(box[0], box[2]);
   fields[SURE_TEXELS + 1] = packed_range(box[1], box[3]);
-  fields[SURE_NUMBER] = number | (closed ? UINTL(SHADOW_CLOSED) : UINTL(0));
+  fields[SURE_NUMBER] = number | (marked ? UINTL(SHADOW_CLOSED) : UINTL(0));
   // One that is cut, or lets light through, hides nothing for sure; neither does one whose edges are not to be had.
   IntL hides = t->hides & !t->whole & ((flags & UINTL(TRIANGLE_MASKED | TRIANGLE_BLENDED)) == UINTL(0));
   fields[SURE_HIDES] = hides ? UINTL(1) : UINTL(0);
@@ -232,16 +232,17 @@ static inline void list_fields(UintL fields[SURE_VIEW], const ListTriangle *t, c
 }
 
 // Sets up triangles from number `first` on: returns the lanes that known tiles of a map have texels of, `box`.
-static inline IntL list_setup(ListTriangle *t, IntL box[4], IntL *closed, global const RasterBlock *blocks, uint first,
-                              constant ShadowView *view, global const uint *solid, uint skip_facing,
+static inline IntL list_setup(ListTriangle *t, IntL box[4], IntL *marked, global const RasterBlock *blocks, uint first,
+                              constant ShadowView *view, global const uint *marks, uint what,
                               global const ShadowTile *tiles, uint tile_columns)
 {
   Vec3L corners[3], a[3];
   UintL id = LANE_LOAD(blocks[first / RASTER_STEP].id, first % RASTER_STEP);
   IntL unused = id == UINTL(RASTER_UNUSED);
-  *closed = skip_facing ? lanes_solid(solid, id, !unused) : INTL(0);
+  *marked = what == SURE_NONE_MARKED ? INTL(0) : lanes_marked(marks, id, !unused);
+  if (what == SURE_MARKED_LEFT_OUT) unused = unused | *marked;
   triangles_load(corners, a, blocks, first, &view->raster);
-  *t = list_triangle(view, view->raster.width, a, *closed, unused);
+  *t = list_triangle(view, view->raster.width, a, what == SURE_MARKED_SOLID ? *marked : INTL(0), unused);
   list_bounds(box, t, &view->raster);
   IntL seen = !t->culled & (box[0] <= box[2]) & (box[1] <= box[3]);
   for (uint bits = lane_bits(seen); bits; bits &= bits - 1) {

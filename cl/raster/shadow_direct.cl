@@ -1,6 +1,6 @@
 // Conservative raster of a light's maps on a GPU: what shadow_bins.cl makes, by work-groups.
 //
-//   in    blocks, bounds, views, solid, skip_facing, tiles   as shadow_setup.cl
+//   in    blocks, bounds, views, marks, what, tiles          as shadow_setup.cl
 //   out   tiles, blocks, rows                                as shadow_bins.cl, whose lists these are; here all known
 //                                                            tiles have blocks
 //
@@ -46,7 +46,7 @@ static inline uint list_of_view(uint view, uint columns) { return view * (column
 
 kernel void shadow_take(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_triangle,
                         uint triangle_count, constant ShadowView *views, uint view_count, uint columns,
-                        global const uint *solid, uint skip_facing, global const ShadowTile *tiles, uint first_tile,
+                        global const uint *marks, uint what, global const ShadowTile *tiles, uint first_tile,
                         uint tile_columns, global uint *records, global uint *counts)
 {
   local uint queued, first;
@@ -57,8 +57,8 @@ kernel void shadow_take(global const RasterBlock *blocks, global const RasterBou
   if (!bounds_on_map(chunk, &views[view].raster)) return;
   if (!tiles_want_bounds(tiles, tile_columns, chunk, &views[view].raster)) return;
   ListTriangle t;
-  int box[4], closed,
-      seen = list_setup(&t, box, &closed, blocks, number, &views[view], solid, skip_facing, tiles, tile_columns);
+  int box[4], marked,
+      seen = list_setup(&t, box, &marked, blocks, number, &views[view], marks, what, tiles, tile_columns);
   if (get_local_id(0) == 0) queued = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
   uint before = seen ? atomic_inc(&queued) : 0;
@@ -67,7 +67,7 @@ kernel void shadow_take(global const RasterBlock *blocks, global const RasterBou
   barrier(CLK_LOCAL_MEM_FENCE);
   if (!seen) return;
   uint fields[SURE_VIEW];
-  list_fields(fields, &t, box, number, blocks[number / RASTER_STEP].flags[number % RASTER_STEP], closed);
+  list_fields(fields, &t, box, number, blocks[number / RASTER_STEP].flags[number % RASTER_STEP], marked);
   global uint *record = records + (first + before) * SURE_DIRECT_WORDS;
   for (uint i = 0; i < SURE_VIEW; i++) record[i] = fields[i];
   record[SURE_VIEW] = view;

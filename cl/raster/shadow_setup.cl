@@ -3,15 +3,16 @@
 //
 //   in    blocks, bounds    the scene's triangles (triangle_pack.cl)
 //         views             [view_count], `columns` bins a side
-//         solid             bit i % 32 of word i / 32: triangle i is of a closed surface (host/device_scene/solid.h)
-//         skip_facing       1: solid triangles that face the light are left out
+//         marks             bit i % 32 of word i / 32: triangle i is marked
+//         what              SURE_* of shared/shadow.h: what that means
 //         tiles             [view_count][tile_columns][tile_columns] from first_tile on, which are to be known: what
 //                           can only be in others, and what comes no closer than they ask, is left out
 //   out   records  [view][chunk][RASTER_CHUNK + 1][SURE_WORDS] (shared/shadow.h)
 //         spans, starts, lists   as depth_setup.cl
 //
-//   Where skip_facing is right: between the light and a point outside a closed, consistently wound mesh lie as many of
-//   its triangles that face the light as are averted from it. If any of them stands in the way, so does an averted one.
+//   Where SURE_MARKED_SOLID is right: between the light and a point outside a closed, consistently wound mesh lie as
+//   many of its triangles that face the light as are averted from it. If any of them stands in the way, so does an
+//   averted one.
 //   A lit surface is then not in the way of itself, and needs no bias.
 //   At silhouettes of such meshes rounding lets a ray meet a front and pass the back beside it: who judges by the back
 //   has to look for that (cl/rays/shadow_hybrid.cl).
@@ -23,7 +24,7 @@
 
 kernel void shadow_setup(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
                          uint chunk_count, constant ShadowView *views, uint view_count, uint columns,
-                         global const uint *solid, uint skip_facing, global const ShadowTile *tiles, uint first_tile,
+                         global const uint *marks, uint what, global const ShadowTile *tiles, uint first_tile,
                          uint tile_columns, global uint *records, global uint *spans, global uint *starts,
                          global ushort *lists)
 {
@@ -44,13 +45,12 @@ kernel void shadow_setup(global const RasterBlock *blocks, global const RasterBo
     global const RasterBlock *block = &blocks[first / RASTER_STEP];
     block_prefetch(block + PREFETCH_BLOCKS);
     ListTriangle t;
-    IntL box[4], closed,
-        seen = list_setup(&t, box, &closed, blocks, first, view, solid, skip_facing, tiles, tile_columns);
+    IntL box[4], marked, seen = list_setup(&t, box, &marked, blocks, first, view, marks, what, tiles, tile_columns);
     uint bits = lane_bits(seen);
     if (!bits) continue;
 
     UintL fields[SURE_WORDS], flags = LANE_LOAD(block->flags, first % RASTER_STEP);
-    list_fields(fields, &t, box, LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX), flags, closed);
+    list_fields(fields, &t, box, LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX), flags, marked);
     for (uint i = SURE_VIEW; i < SURE_WORDS; i++) fields[i] = UINTL(0);
     IntL bin_px = INTL(RASTER_BIN_PX);
     UintL x = packed_range(box[0] / bin_px, box[2] / bin_px), y = packed_range(box[1] / bin_px, box[3] / bin_px);

@@ -28,10 +28,8 @@ SHARED_SIZE(CubeInfo, 56);
 // Of cubes that hybrid reflections ask, two floats by texel: how far the radiance between it and its neighbours to the
 // right and below may be off by interpolation, and by how much it changes if it is seen from as far beside the centre
 // as the reflector reaches; INFINITY where that may be anything. And the name of what a texel shows: a triangle's id,
-// or CUBE_NAMELESS where that is nothing; with CUBE_STEPPED where closeness about it and those neighbours is not that
-// of one surface.
+// or CUBE_NAMELESS where that is nothing.
 #define CUBE_NAMELESS 0x7fffffffu
-#define CUBE_STEPPED 0x80000000u
 
 // And by cells of CUBE_CELL x CUBE_CELL texels of a face, row by row: the greatest closeness of the cell and of what
 // lies within CUBE_STRIDE texels of it on the face.
@@ -46,6 +44,5 @@ SHARED_SIZE(CubeInfo, 56);
 #define REFLECT_BY_CUBE 1u
 #define REFLECT_BY_BOX 2u
 #define REFLECT_BY_IMPOSTOR 3u
-#define REFLECT_BY_HYBRID 4u
 
 #endif

@@ -76,7 +76,7 @@ SHARED_SIZE(ShadowTile, 16);
 // `covered` means nothing.
 #define SHADOW_NUMBERS 8
 
-// The triangle is of a closed surface, of which the sides that face the light are left out.
+// The triangle is marked: of a closed surface, of which the sides that face the light are left out.
 #define SHADOW_CLOSED 0x80000000u
 
 typedef struct ShadowRow {
@@ -96,6 +96,11 @@ SHARED_SIZE(ShadowBlock, 320);
 
 #define SHADOW_ROUNDING 2e-5f           // of 1 / w, relative
 #define SHADOW_ROUNDING_PARALLEL 4e-6f  // of depths in [0, 1]
+
+// What marks of triangles mean when maps are drawn.
+#define SURE_NONE_MARKED 0u
+#define SURE_MARKED_SOLID 1u  // of closed surfaces: the sides that face the light are left out
+#define SURE_MARKED_LEFT_OUT 2u
 
 // Words of a triangle's record for them (cl/raster/shadow_setup.cl).
 #define SURE_EDGE 0  // 3 times (x, y, constant), floats: >= 0 where texel (x, y) may be touched

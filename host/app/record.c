@@ -158,10 +158,10 @@ static json_t *shadow_maps_json(const Plan *plan, const Frame *frame, const Shad
 // What each rung may get wrong, by name.
 static json_t *bound_rungs_json(const BoundShare rungs[BOUND_RUNGS])
 {
-  static const char *const names[] = {"environment", "cube", "box", "impostor"};
   json_t *out = json_object();
   for (int i = 0; i < BOUND_RUNGS; i++)
-    json_object_set_new(out, names[i], json_pack("{s:f, s:f}", "expected", rungs[i].expected, "bound", rungs[i].bound));
+    json_object_set_new(out, reflections_name((ReflectionMethod)(REFLECTIONS_ENVIRONMENT + i)),
+                        json_pack("{s:f, s:f}", "expected", rungs[i].expected, "bound", rungs[i].bound));
   return out;
 }
 
@@ -191,7 +191,7 @@ static json_t *reflection_maps_json(const Frame *frame, const ReflectionBound *b
       (int)reflectors->visible, "left_out", (int)reflectors->left_out, "flat", (int)reflectors->flat, "without_gain",
       (int)reflectors->without_gain, "size", (int)reflectors->least_px, (int)reflectors->greatest_px, "bytes",
       (json_int_t)reflectors->bytes, "rays", (json_int_t)(maps->looked_up + near->looked_up), "traced",
-      (json_int_t)(maps->left + near->totals[NEAR_LEFT]), "shaded", (json_int_t)maps->shaded);
+      (json_int_t)(maps->left + near->totals[NEAR_LEFT]), "shaded", (json_int_t)frame->hybrid_reflect.shaded);
   if (out && near->cube_count) json_object_set_new(out, "near", near_objects_json(frame));
   if (out && bound) json_object_set_new(out, "predicted", reflection_bound_json(bound));
   if (out && reflectors->hybrid_ms > 0)
@@ -201,13 +201,15 @@ static json_t *reflection_maps_json(const Frame *frame, const ReflectionBound *b
 }
 
 // Flat mirrors, how many reflected rays were asked for in them, and how many of all were left to be traced.
-static json_t *flat_mirrors_json(const Frame *frame)
+static json_t *flat_mirrors_json(const Frame *frame, const ReflectionBound *bound)
 {
   const Planar *planar = &frame->planar;
-  return json_pack("{s:i, s:i, s:i, s:i, s:I, s:I, s:I, s:s}", "reflectors", (int)frame->reflectors.visible, "flat",
-                   (int)frame->reflectors.flat, "planes", (int)planar->count, "left_out", (int)planar->left_out,
-                   "bytes", (json_int_t)planar->bytes, "rays", (json_int_t)planar->looked_up, "traced",
-                   (json_int_t)planar->left, "others", "rays");
+  json_t *out = json_pack("{s:i, s:i, s:i, s:i, s:I, s:I, s:I, s:s}", "reflectors", (int)frame->reflectors.visible,
+                          "flat", (int)frame->reflectors.flat, "planes", (int)planar->count, "left_out",
+                          (int)planar->left_out, "bytes", (json_int_t)planar->bytes, "rays",
+                          (json_int_t)planar->looked_up, "traced", (json_int_t)planar->left, "others", "rays");
+  if (out && bound) json_object_set_new(out, "predicted", reflection_bound_json(bound));
+  return out;
 }
 
 json_t *record_stats(const RecordSources *sources)
@@ -252,7 +254,8 @@ json_t *record_stats(const RecordSources *sources)
     failed |=
         json_object_set_new(stats, "shadow_maps", shadow_maps_json(plan, sources->frame, sources->shadow_bound)) != 0;
   if (plan->reflections == REFLECTIONS_PLANAR)
-    failed |= json_object_set_new(stats, "flat_mirrors", flat_mirrors_json(sources->frame)) != 0;
+    failed |=
+        json_object_set_new(stats, "flat_mirrors", flat_mirrors_json(sources->frame, sources->reflection_bound)) != 0;
   if (reflections_use_maps(plan->reflections) || reflections_use_maps(plan->deep_reflections))
     failed |= json_object_set_new(stats, "reflection_maps",
                                   reflection_maps_json(sources->frame, sources->reflection_bound)) != 0;

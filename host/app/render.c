@@ -206,7 +206,7 @@ static Status errors_bound(Job *job)
     timeline_end(&job->timeline, "bound the shadow maps' error", begin_ms);
   }
   begin_ms = clock_ms();
-  if (reflections_use_maps(job->plan.reflections)) {
+  if (reflections_use_maps(job->plan.reflections) || job->plan.reflections == REFLECTIONS_PLANAR) {
     TRY(reflection_bound_make(&job->reflection_bound, &job->frame,
                               options->exposure.is_auto ? 1 : exp2f(options->exposure.ev), job->log));
     timeline_end(&job->timeline, "bound the reflections' error", begin_ms);
@@ -256,13 +256,9 @@ done:
 // What was said of the first reflection's rung before the picture was rendered; NULL: nothing.
 static const BoundShare *reflections_stated(const Job *job)
 {
-  switch (job->plan.reflections) {
-    case REFLECTIONS_ENVIRONMENT: return &job->reflection_bound.rungs[BOUND_ENVIRONMENT];
-    case REFLECTIONS_CUBE: return &job->reflection_bound.rungs[BOUND_CUBE];
-    case REFLECTIONS_BOX: return &job->reflection_bound.rungs[BOUND_BOX];
-    case REFLECTIONS_IMPOSTOR: return &job->reflection_bound.rungs[BOUND_IMPOSTOR];
-    default: return NULL;
-  }
+  ReflectionMethod method = job->plan.reflections;
+  bool is_stated = method >= REFLECTIONS_ENVIRONMENT && method < REFLECTIONS_RAYS;
+  return is_stated ? &job->reflection_bound.rungs[method - REFLECTIONS_ENVIRONMENT] : NULL;
 }
 
 static Status picture_save(Job *job)

@@ -72,11 +72,9 @@ Status cube_doubt_keep(const CubeDoubt *doubt, Device *device, const DeviceBuffe
 }
 
 Status cube_doubt_fill(const CubeDoubt *doubt, Device *device, const DeviceBuffer *info, uint32_t size_px,
-                       const DeviceBuffer *texels, const DeviceBuffer *doubts, const DeviceBuffer *names, Log *log)
+                       const DeviceBuffer *texels, const DeviceBuffer *doubts, Log *log)
 {
   size_t count = CUBE_TEXELS((size_t)size_px);
-  return device_launch(
-      device, &doubt->doubt, work_items(device, count), count, "doubt a cube map",
-      ARGS(ARG_BUFFER(*info), ARG_BUFFER(*texels), ARG_BUFFER(doubt->kept), ARG_BUFFER(*doubts), ARG_BUFFER(*names)),
-      log);
+  return device_launch(device, &doubt->doubt, work_items(device, count), count, "doubt a cube map",
+                       ARGS(ARG_BUFFER(*info), ARG_BUFFER(*texels), ARG_BUFFER(doubt->kept), ARG_BUFFER(*doubts)), log);
 }

@@ -35,4 +35,4 @@ Status cube_doubt_keep(const CubeDoubt *doubt, Device *device, const DeviceBuffe
 
 // Fills the doubts of the cube's texels once all changes are kept.
 Status cube_doubt_fill(const CubeDoubt *doubt, Device *device, const DeviceBuffer *info, uint32_t size_px,
-                       const DeviceBuffer *texels, const DeviceBuffer *doubts, const DeviceBuffer *names, Log *log);
+                       const DeviceBuffer *texels, const DeviceBuffer *doubts, Log *log);

@@ -3,7 +3,7 @@
 #include "passes/scene_args.h"
 
 Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
-                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, bool doubted, Log *log)
+                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, Log *log)
 {
   Status status = STATUS_OK;
   CubeReflect reflect = {.cube_count = cube_count};
@@ -20,9 +20,7 @@ Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *sc
   TRY(buffer_create(&reflect.hull, device, marched ? texels * sizeof(float) : 0, NULL, "cube maps", log));
   TRY(buffer_create(&reflect.cells, device, marched ? texels / (CUBE_CELL * CUBE_CELL) * sizeof(float) : 0, NULL,
                     "cube maps", log));
-  TRY(buffer_create(&reflect.doubts, device, doubted ? texels * 2 * sizeof(float) : 0, NULL, "cube maps", log));
-  TRY(buffer_create(&reflect.names, device, doubted ? texels * sizeof(uint32_t) : 0, NULL, "cube maps", log));
-  TRY(buffer_create(&reflect.counts, device, 2 * sizeof(uint32_t), NULL, "cube maps", log));
+  TRY(buffer_create(&reflect.count, device, sizeof(uint32_t), NULL, "cube maps", log));
   *out = reflect;
   reflect = (CubeReflect){0};
 
@@ -39,9 +37,7 @@ void cube_reflect_free(CubeReflect *reflect)
   buffer_free(&reflect->texels);
   buffer_free(&reflect->hull);
   buffer_free(&reflect->cells);
-  buffer_free(&reflect->doubts);
-  buffer_free(&reflect->names);
-  buffer_free(&reflect->counts);
+  buffer_free(&reflect->count);
   *reflect = (CubeReflect){0};
 }
 
@@ -51,36 +47,29 @@ static uint32_t map_of(ReflectionMethod method)
     case REFLECTIONS_CUBE: return REFLECT_BY_CUBE;
     case REFLECTIONS_BOX: return REFLECT_BY_BOX;
     case REFLECTIONS_IMPOSTOR: return REFLECT_BY_IMPOSTOR;
-    case REFLECTIONS_HYBRID: return REFLECT_BY_HYBRID;
     default: return REFLECT_BY_ENVIRONMENT;
   }
 }
 
 Status cube_reflect(CubeReflect *reflect, Device *device, const DeviceScene *scene, ReflectionMethod method,
                     const RayStream *rays, uint32_t count, const DeviceBuffer *radiance, const RayStream *left,
-                    const KnownHits *known, LeftRays *out, Log *log)
+                    uint32_t *left_count, Log *log)
 {
   Status status = STATUS_OK;
-  uint32_t map = map_of(method), counts[2];
-  TRY(buffer_zero(device, &reflect->counts, log));
+  uint32_t map = map_of(method);
+  TRY(buffer_zero(device, &reflect->count, log));
   TRY(device_launch(
       device, &reflect->kernel, work_items(device, count), count,
       method == REFLECTIONS_ENVIRONMENT ? "look up the environment" : "look up cube maps",
       ARGS(ARG(map), ARG_BUFFER(rays->rays), ARG_BUFFER(rays->slots), ARG(rays->capacity), ARG(count),
            ARG_BUFFER(scene->object_starts), ARG(scene->object_count), ARG_BUFFER(reflect->cube_of_object),
            ARG_BUFFER(reflect->cubes), ARG_BUFFER(reflect->texels), ARG_BUFFER(reflect->hull),
-           ARG_BUFFER(reflect->cells), ARG_BUFFER(reflect->doubts), ARG_BUFFER(reflect->names), ARG(reflect->scale),
-           ARG(reflect->allowed), ARG_BUFFER(scene->positions), ARG_BUFFER(scene->corners),
-           ARG_BUFFER(scene->materials), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
-           ARG_BUFFER(*radiance), ARG_BUFFER(left->rays), ARG_BUFFER(left->slots), ARG_BUFFER(known->rays.rays),
-           ARG_BUFFER(known->rays.slots), ARG_BUFFER(known->hits.hits), ARG_BUFFER(known->hits.ids),
-           ARG_BUFFER(reflect->counts)),
+           ARG_BUFFER(reflect->cells), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
+           ARG_BUFFER(*radiance), ARG_BUFFER(left->rays), ARG_BUFFER(left->slots), ARG_BUFFER(reflect->count)),
       log));
-  TRY(buffer_read(device, &reflect->counts, counts, sizeof counts, log));
-  *out = (LeftRays){counts[0], counts[1]};
+  TRY(buffer_read(device, &reflect->count, left_count, sizeof *left_count, log));
   reflect->looked_up += count;
-  reflect->left += out->traced;
-  reflect->shaded += out->known;
+  reflect->left += *left_count;
 
 done:
   return status;

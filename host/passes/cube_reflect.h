@@ -2,7 +2,7 @@
 #pragma once
 
 #include "device_scene/device_scene.h"
-#include "passes/known_hits.h"
+#include "passes/ray_stream.h"
 #include "plan/plan.h"
 #include "shared/cube.h"
 
@@ -12,22 +12,19 @@ typedef struct CubeReflect {
   DeviceBuffer cube_of_object;  // uint, [object_count]; CUBE_NONE
   DeviceBuffer texels;          // Float4 (shared/cube.h), of all cubes
   DeviceBuffer hull, cells;     // float, the same; empty where no method reads them
-  DeviceBuffer doubts;          // float2, the same; empty but for hybrid reflections
-  DeviceBuffer names;           // uint, the same
-  DeviceBuffer counts;          // of rays that are left and that are named
+  DeviceBuffer count;           // of rays that are left
   uint32_t cube_count;
-  float scale, allowed;              // for hybrid reflections: of radiance for display, and how far off that may be
-  uint64_t looked_up, left, shaded;  // rays so far: asked, left to be traced, and to be shaded alone
+  uint64_t looked_up, left;  // rays so far: asked, and left to be traced
 } CubeReflect;
 
-// With `marched` there are hull and cells, with `doubted` doubts and names. `cubes` and `cube_of_object` may be NULL
-// where there are none. The texels are zero.
+// With `marched` there are hull and cells. `cubes` and `cube_of_object` may be NULL where there are none. The texels
+// are zero.
 Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
-                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, bool doubted, Log *log);
+                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, Log *log);
 void cube_reflect_free(CubeReflect *reflect);
 
-// Adds to radiance[slot] what the method's map shows of rays [0, count) and copies the rays that it leaves to `left`
-// and to `known`. The method is one of those that use maps.
+// Adds to radiance[slot] what the method's map shows of rays [0, count) and copies the rays that it leaves to `left`;
+// *left_count says how many. The method is one of those that use maps, but for hybrid (passes/hybrid_reflect.h).
 Status cube_reflect(CubeReflect *reflect, Device *device, const DeviceScene *scene, ReflectionMethod method,
                     const RayStream *rays, uint32_t count, const DeviceBuffer *radiance, const RayStream *left,
-                    const KnownHits *known, LeftRays *out, Log *log);
+                    uint32_t *left_count, Log *log);

@@ -3,30 +3,26 @@
 
 #include "passes/cube_reflect.h"
 #include "passes/known_hits.h"
-#include "shared/bvh.h"
-#include "shared/near.h"
+#include "passes/near_trace.h"
 
 // What lists hold, for near_reflect_make.
 typedef struct NearSources {
-  const NearInfo *nears;  // [cube_count]
+  NearInfo *nears;    // [cube_count]
+  const Bvh2 *trees;  // [cube_count], of what is found by rays
   const SnapshotInfo *snapshots;
-  const Bvh2Node *nodes;
-  const BvhTriangle *triangles;
   uint32_t cube_count, snapshot_count;
-  size_t node_count, triangle_count, snapshot_texels;
+  size_t snapshot_texels;
 } NearSources;
 
 typedef struct NearReflect {
-  Kernel trace, reflect;
-  DeviceBuffer nears;             // NearInfo, [cube_count]
-  DeviceBuffer nodes, triangles;  // of all lists
-  DeviceBuffer snapshots;         // SnapshotInfo, [snapshot_count]
-  DeviceBuffer photos;            // Float4 (shared/near.h), of all snapshots
-  DeviceBuffer backs, cells;      // float
-  DeviceBuffer counts;            // [NEAR_COUNTS]
-  HitStream hits;                 // of what lists hold
-  uint32_t cube_count;            // 0: no lists
-  uint64_t looked_up;             // rays so far
+  Kernel reflect;
+  NearTrace trace;
+  DeviceBuffer snapshots;     // SnapshotInfo, [snapshot_count]
+  DeviceBuffer photos;        // Float4 (shared/near.h), of all snapshots
+  DeviceBuffer backs, cells;  // float
+  DeviceBuffer counts;        // [NEAR_COUNTS]
+  uint32_t cube_count;        // 0: no lists
+  uint64_t looked_up;         // rays so far
   uint64_t totals[NEAR_COUNTS];
 } NearReflect;
 

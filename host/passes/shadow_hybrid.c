@@ -149,7 +149,8 @@ Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScen
   for (uint32_t i = 0; i < hybrid->maps.light_count; i++) {
     if (!shadow_hybrid_has(hybrid, i)) continue;
     bool suits = solids_suit(&solids, &scene->light_infos[i], receivers->camera);
-    TRY(sure_maps_draw(&hybrid->maps, i, &raster, device, triangles, &solid, suits, log));
+    TRY(sure_maps_draw(&hybrid->maps, i, &raster, device, triangles, &solid,
+                       suits ? SURE_MARKED_SOLID : SURE_NONE_MARKED, log));
   }
 
 done:

@@ -95,9 +95,9 @@ typedef struct SureDrawing {
   SureRaster *raster;
   Device *device;
   const RasterScene *triangles;
-  const DeviceBuffer *solid, *views;
+  const DeviceBuffer *marks, *views;
   const ShadowInfo *info;
-  uint32_t skip_facing, tile_columns, columns;
+  uint32_t what, tile_columns, columns;
   uint64_t texels;  // to be known
 } SureDrawing;
 
@@ -117,8 +117,8 @@ static Status bins_pass(const SureDrawing *drawing, uint32_t first, uint32_t chu
   TRY(device_launch(drawing->device, &raster->setup, items, items * RASTER_CHUNK,
                     "set up and bin triangles of sure maps",
                     ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first), ARG(chunks),
-                         ARG_BUFFER(*drawing->views), ARG(views), ARG(drawing->columns), ARG_BUFFER(*drawing->solid),
-                         ARG(drawing->skip_facing), TILE_ARGS(drawing), BIN_ARGS(&raster->binned)),
+                         ARG_BUFFER(*drawing->views), ARG(views), ARG(drawing->columns), ARG_BUFFER(*drawing->marks),
+                         ARG(drawing->what), TILE_ARGS(drawing), BIN_ARGS(&raster->binned)),
                     log));
   TRY(device_launch(drawing->device, &raster->bins, bins * views, drawing->texels, "raster sure maps",
                     ARGS(ARG(size), ARG(views), ARG(drawing->columns), ARG(chunks), BIN_ARGS(&raster->binned),
@@ -143,8 +143,8 @@ static Status direct_pass(const SureDrawing *drawing, uint32_t first, uint32_t c
   TRY(device_launch(
       device, &raster->take, (uint64_t)count * views, (uint64_t)count * views, "set up triangles of sure maps",
       ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ARG(first_triangle), ARG(count),
-           ARG_BUFFER(*drawing->views), ARG(views), ARG(columns), ARG_BUFFER(*drawing->solid),
-           ARG(drawing->skip_facing), TILE_ARGS(drawing), ARG_BUFFER(raster->records), ARG_BUFFER(raster->counts)),
+           ARG_BUFFER(*drawing->views), ARG(views), ARG(columns), ARG_BUFFER(*drawing->marks), ARG(drawing->what),
+           TILE_ARGS(drawing), ARG_BUFFER(raster->records), ARG_BUFFER(raster->counts)),
       log));
   TRY(device_launch(device, &raster->place, lists, lists, "place the bins of sure maps",
                     ARGS(ARG(lists), ARG_BUFFER(raster->counts), ARG_BUFFER(raster->starts), ARG_BUFFER(raster->ends)),
@@ -329,7 +329,7 @@ done:
 
 // By passes over the scene's chunks, as depth maps are (passes/raster_depth.c).
 Status sure_maps_draw(SureMaps *maps, uint32_t light, SureRaster *raster, Device *device, const RasterScene *triangles,
-                      const DeviceBuffer *solid, bool skip_facing, Log *log)
+                      const DeviceBuffer *marks, uint32_t what, Log *log)
 {
   Status status = STATUS_OK;
   const ShadowInfo *info = &maps->lights[light];
@@ -342,10 +342,10 @@ Status sure_maps_draw(SureMaps *maps, uint32_t light, SureRaster *raster, Device
       .raster = raster,
       .device = device,
       .triangles = triangles,
-      .solid = solid,
+      .marks = marks,
       .views = &view_table,
       .info = info,
-      .skip_facing = skip_facing,
+      .what = what,
       .tile_columns = TILE_COLUMNS(info->size_px),
       .columns = divide_up(info->size_px, bin_px),
       .texels = (uint64_t)maps->known_tiles[light] * SHADOW_TILE_PX * SHADOW_TILE_PX,

@@ -59,8 +59,8 @@ Status sure_raster_make(SureRaster *out, Device *device, const RasterScene *tria
                         Log *log);
 void sure_raster_free(SureRaster *raster);
 
-// Draws a light's maps, which are settled. `solid` has a bit a triangle (device_scene/solid.h); with skip_facing what
-// is of a closed surface and faces the light is left out. Errors: those of buffer_create.
+// Draws a light's maps, which are settled. `marks` has a bit a triangle (device_scene/solid.h), and `what` says what
+// that means: SURE_NONE_MARKED and the others of shared/shadow.h. Errors: those of buffer_create.
 Status sure_maps_draw(SureMaps *maps, uint32_t light, SureRaster *raster, Device *device, const RasterScene *triangles,
-                      const DeviceBuffer *solid, bool skip_facing, Log *log);
+                      const DeviceBuffer *marks, uint32_t what, Log *log);
 void sure_maps_free(SureMaps *maps);

@@ -34,7 +34,7 @@ typedef struct ShadowOptions {
   uint64_t max_bytes;      // that maps of all lights may take; 0: a quarter of the device's memory, at most 2 GB
 } ShadowOptions;
 
-// What answers the rays that mirrors reflect; cl/capture/cube_reflect.cl has the errors of each. What a method says
+// What answers the rays that mirrors reflect; cl/capture/*_reflect.cl have the errors of each. What a method says
 // itself that it cannot tell is traced, as are rays of rough surfaces.
 typedef enum ReflectionMethod {
   REFLECTIONS_LIKE_FIRST,   // of deeper bounces: the method of the first
@@ -49,7 +49,7 @@ typedef enum ReflectionMethod {
   REFLECTIONS_PLANAR,      // flat mirrors: the scene drawn once more from behind the mirror (render/planar.h)
   REFLECTIONS_CANDIDATES,  // as SNAPSHOT, but what is listed is traced, it and the reflector alone;
   REFLECTIONS_MIXED,       // or photographed if it has many triangles, and traced if it has few: the 2007 system's
-  REFLECTIONS_HYBRID,      // what the cube map surely shows, rays for the rest: the picture of rays to the eye
+  REFLECTIONS_HYBRID,      // what lists and the cube map surely know, rays for the rest: the picture of rays
   REFLECTIONS_RAYS,
 } ReflectionMethod;
 
@@ -168,6 +168,11 @@ static inline bool plan_uses_shadow_maps(const Plan *plan)
   return plan->shadows >= SHADOWS_MAP && plan->shadows <= SHADOWS_HYBRID;
 }
 
+static inline bool plan_uses_reflections(const Plan *plan, ReflectionMethod method)
+{
+  return plan->reflections == method || plan->deep_reflections == method;
+}
+
 // Does a bounce ask cube maps?
 static inline bool plan_uses_cubes(const Plan *plan)
 {
@@ -183,8 +188,8 @@ static inline bool plan_uses_lists(const Plan *plan)
 // Are there reflected rays of which maps know what they hit?
 static inline bool plan_knows_hits(const Plan *plan)
 {
-  return plan->reflections == REFLECTIONS_HYBRID || plan->deep_reflections == REFLECTIONS_HYBRID ||
-         plan->reflections == REFLECTIONS_PLANAR || plan_uses_lists(plan);
+  return plan_uses_reflections(plan, REFLECTIONS_HYBRID) || plan->reflections == REFLECTIONS_PLANAR ||
+         plan_uses_lists(plan);
 }
 
 // What answers rays that have been reflected `depth` times, 1 being the first.

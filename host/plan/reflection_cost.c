@@ -2,18 +2,19 @@
 
 #include <math.h>
 
-static const double traced_share = 0.3, shaded_share = 0.35;
+static const double traced_share = 0.1, shaded_share = 0.5;
 
-// Nanoseconds. Tracing a ray: trace + edge sqrt(triangles); looking one up: lookup + march a texel of a face's side,
-// half of which the way across the map takes; `texel` is what drawing one takes besides a ray of its own.
+// Nanoseconds. Tracing a ray: trace + edge sqrt(triangles); looking one up: lookup + march a texel of a face's side;
+// `texel` is what drawing one takes besides a ray of its own.
 typedef struct ReflectionModel {
   double fixed_ms, trace, edge, shade, shadow, lookup, march, texel;
 } ReflectionModel;
 
 // From what room, chrome, colonnade and a hall of 743 k triangles took at 640 x 360 with PoCL on two cores of a Zen 4:
-// no gain was measured on any of them, however many samples.
+// no gain was measured on any of them, however many samples. Lookups and what lists add to a texel: the room's ball,
+// maps of 64 to 512 texels a side, a loaded Zen 5.
 static const ReflectionModel cpu_model = {
-    .trace = 20, .edge = 0.5, .shade = 35, .shadow = 30, .lookup = 100, .march = 4, .texel = 130};
+    .trace = 20, .edge = 0.5, .shade = 35, .shadow = 30, .lookup = 300, .march = 0.8, .texel = 150};
 
 // From what lookups, tracing and drawing maps took at 1920 x 1080 on an H100, before hybrid reflections were there.
 static const ReflectionModel gpu_model = {.fixed_ms = 0.3,

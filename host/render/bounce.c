@@ -271,9 +271,12 @@ static Status reflections_look_up(Frame *frame, const Wave *wave, Bounce *bounce
                      bounce->depth > 1 ? least_weight : 0,
                      &(NearStreams){bounce->rays, left, &frame->known_hits, &frame->radiance}, bounce->count, &counts,
                      log));
+  else if (method == REFLECTIONS_HYBRID)
+    TRY(hybrid_reflect(&frame->hybrid_reflect, &frame->cube_reflect, frame->device, frame->scene, bounce->rays,
+                       bounce->count, &frame->radiance, left, &frame->known_hits, &counts, log));
   else
     TRY(cube_reflect(&frame->cube_reflect, frame->device, frame->scene, method, bounce->rays, bounce->count,
-                     &frame->radiance, left, &frame->known_hits, &counts, log));
+                     &frame->radiance, left, &counts.traced, log));
   stream_give_back(frame, bounce->rays);
   bounce->rays = left;
   bounce->count = counts.traced;

@@ -57,7 +57,7 @@ static Status wave_doubt(Frame *frame, const CubeDoubt *doubt, const DoubtStream
     TRY(hits_shade(frame, streams, streams->turned, wave, &doubt->seen_aside, counts, log));
     TRY(cube_doubt_change(doubt, device, rays, &frame->radiance, log));
   }
-  TRY(cube_doubt_keep(doubt, device, &capture->info, wave, &frame->hits, &frame->cube_reflect.names, log));
+  TRY(cube_doubt_keep(doubt, device, &capture->info, wave, &frame->hits, &frame->hybrid_reflect.names, log));
 
 done:
   return status;
@@ -76,7 +76,7 @@ Status cube_doubts_draw(Frame *frame, const CubeDoubt *doubt, const CubeInfo *cu
     TRY(wave_doubt(frame, doubt, &streams, &wave, cube->reach_m, log));
   }
   TRY(cube_doubt_fill(doubt, frame->device, &frame->cube_capture.info, cube->size, &frame->cube_reflect.texels,
-                      &frame->cube_reflect.doubts, &frame->cube_reflect.names, log));
+                      &frame->hybrid_reflect.doubts, log));
 
 done:
   return status;

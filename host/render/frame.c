@@ -55,7 +55,7 @@ static Status raster_make(Frame *frame, Log *log)
   bool raster = plan->primary == PRIMARY_RASTER, maps = plan_uses_shadow_maps(plan);
   bool cubes = plan_uses_cubes(plan) && plan->cubes.visibility != PRIMARY_RAYS;
   bool planar = plan->reflections == REFLECTIONS_PLANAR;
-  if (raster || maps || cubes || planar)
+  if (raster || maps || cubes || planar || plan_uses_reflections(plan, REFLECTIONS_HYBRID))
     TRY(raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &options, log));
   TRY(shadow_maps_make(&frame->shadow_maps, frame->device, frame->scene, &frame->raster_scene, plan,
                        &frame->camera.info, log));
@@ -126,6 +126,7 @@ void frame_free(Frame *frame)
   shadow_hybrid_free(&frame->shadow_hybrid);
   raster_scene_free(&frame->raster_scene);
   cube_reflect_free(&frame->cube_reflect);
+  hybrid_reflect_free(&frame->hybrid_reflect);
   known_hits_free(&frame->known_hits);
   planar_free(&frame->planar);
   cube_capture_free(&frame->cube_capture);

@@ -7,6 +7,7 @@
 #include "passes/cube_doubt.h"
 #include "passes/cube_reflect.h"
 #include "passes/film.h"
+#include "passes/hybrid_reflect.h"
 #include "passes/planar.h"
 #include "passes/raster_visibility.h"
 #include "passes/shade.h"
@@ -67,11 +68,12 @@ typedef struct Frame {
   const DeviceScene *scene;
   FrameRequest request;
   CameraRays camera;
-  RasterScene raster_scene;  // with PRIMARY_RASTER, shadow maps or flat mirrors
+  RasterScene raster_scene;  // with PRIMARY_RASTER, shadow maps, cube maps or flat mirrors
   RasterVisibility raster;   // with PRIMARY_RASTER
   ShadowMaps shadow_maps;    // where the plan's shadows use them, as `shadow_hybrid`
   ShadowHybrid shadow_hybrid;
   CubeReflect cube_reflect;  // where maps answer reflected rays
+  HybridReflect hybrid_reflect;
   KnownHits known_hits;      // of rays that need not be traced
   Planar planar;             // with REFLECTIONS_PLANAR
   CubeCapture cube_capture;  // while cube maps are drawn

@@ -9,7 +9,7 @@
 #include "render/capture_waves.h"
 
 // Texels of a snapshot for one of a cube's, along an axis.
-enum { SNAPSHOT_FINER = 2, SNAPSHOT_LEAST_PX = 16, SNAPSHOT_MOST_PX = 512, SNAPSHOT_MARGIN_PX = 2 };
+enum { SNAPSHOT_FINER = 2, SNAPSHOT_LEAST_PX = 16, SNAPSHOT_MOST_PX = 512 };
 
 // Of a list: BvhTriangle, and a node for every two of them.
 static const uint64_t triangle_bytes = 80;
@@ -43,13 +43,24 @@ static double reflector_reach_m(const ObjectFacts *facts)
   return 0.5 * vec3_length(vec3_sub(facts->high, facts->low));
 }
 
+double near_objects_radius_m(const CubeOptions *options, const ObjectFacts *reflector)
+{
+  double radius_m = (double)options->near_radius_m;
+  return radius_m > 0 ? radius_m : cube_near_radius_m(reflector_reach_m(reflector), CUBE_NEAR_PARALLAX_RAD);
+}
+
+uint32_t snapshot_size_px(double across, uint32_t cube_px)
+{
+  const double wanted = across * 0.5 * (cube_px - 1.0) * SNAPSHOT_FINER + 2 * SNAPSHOT_MARGIN_PX + 1;
+  uint32_t size = (uint32_t)fmin(fmax(wanted, SNAPSHOT_LEAST_PX), SNAPSHOT_MOST_PX);
+  return (size + CUBE_CELL - 1) / CUBE_CELL * CUBE_CELL;
+}
+
 static SnapshotInfo snapshot_fit(const SnapshotFrustum *frustum, const CubeInfo *cube, const ObjectFacts *facts,
                                  uint32_t object, double extent_m)
 {
   const double across = frustum->width, center_x = frustum->left + across / 2, center_y = frustum->top + across / 2;
-  const double wanted = across * 0.5 * (cube->size - 1.0) * SNAPSHOT_FINER + 2 * SNAPSHOT_MARGIN_PX + 1;
-  uint32_t size = (uint32_t)fmin(fmax(wanted, SNAPSHOT_LEAST_PX), SNAPSHOT_MOST_PX);
-  size = (size + CUBE_CELL - 1) / CUBE_CELL * CUBE_CELL;
+  const uint32_t size = snapshot_size_px(across, cube->size);
   const double texels = (size - 1.0 - 2 * SNAPSHOT_MARGIN_PX) / across, half = 0.5 * (size - 1.0) / texels;
   const double farthest = fmax(fabs(center_x), fabs(center_y)) + half, margin_m = 1e-5 * extent_m;
   const Vec3 center = wide(cube->center), wider = vec3(margin_m, margin_m, margin_m);
@@ -108,12 +119,10 @@ static Status cube_list(NearObjects *out, bool *kept, const Frame *frame, const 
   NearList *list = &out->lists[out->cube_count];
   NearInfo *near = &out->nears[out->cube_count];
   uint64_t left = out->bytes < bytes_left ? (bytes_left - out->bytes) / triangle_bytes : 0;
-  double radius_m = (double)options->near_radius_m;
-  if (radius_m == 0) radius_m = cube_near_radius_m(reflector_reach_m(reflector), CUBE_NEAR_PARALLAX_RAD);
   *kept = reflector->triangles <= left;
   out->reflectors[out->cube_count] = cube->object;
-  TRY(near_list_make(list, frame->scene->source, facts, cube->object, wide(cube->center), radius_m,
-                     *kept ? left - reflector->triangles : 0, log));
+  TRY(near_list_make(list, frame->scene->source, facts, cube->object, wide(cube->center),
+                     near_objects_radius_m(options, reflector), *kept ? left - reflector->triangles : 0, log));
   out->cube_count++;
   out->left_out += list->left_out;
   if (*kept) out->bytes += reflector->triangles * triangle_bytes;
@@ -192,43 +201,20 @@ Status near_objects_make(Frame *frame, const CubeInfo *cubes, Log *log)
 {
   Status status = STATUS_OK;
   NearObjects *near = &frame->near_objects;
-  NearSources sources = {.nears = near->nears,
-                         .snapshots = near->snapshots,
-                         .cube_count = near->cube_count,
-                         .snapshot_count = near->snapshot_count,
-                         .snapshot_texels = near->snapshot_texels};
-  Bvh2Node *nodes = NULL;
-  BvhTriangle *triangles = NULL;
   Bvh2 *trees = calloc((size_t)near->cube_count + 1, sizeof *trees);
   if (!trees) return log_no_memory(log, "objects near reflectors");
-  for (uint32_t i = 0; i < near->cube_count; i++) {
-    TRY(list_tree_make(&trees[i], near, i, frame->scene->source, log));
-    near->nears[i].first_node = (uint32_t)sources.node_count;
-    near->nears[i].first_triangle = (uint32_t)sources.triangle_count;
-    sources.node_count += trees[i].node_count;
-    sources.triangle_count += trees[i].triangle_count;
-  }
-  nodes = malloc((sources.node_count + 1) * sizeof *nodes);
-  triangles = malloc((sources.triangle_count + 1) * sizeof *triangles);
-  if (!nodes || !triangles) {
-    status = log_no_memory(log, "objects near reflectors");
-    goto done;
-  }
-  for (uint32_t i = 0; i < near->cube_count; i++) {
-    const Bvh2 *tree = &trees[i];
-    memcpy(nodes + near->nears[i].first_node, tree->nodes, tree->node_count * sizeof *nodes);
-    if (tree->triangle_count)
-      memcpy(triangles + near->nears[i].first_triangle, tree->triangles, tree->triangle_count * sizeof *triangles);
-  }
-  sources.nodes = nodes;
-  sources.triangles = triangles;
+  for (uint32_t i = 0; i < near->cube_count; i++) TRY(list_tree_make(&trees[i], near, i, frame->scene->source, log));
+  const NearSources sources = {.nears = near->nears,
+                               .trees = trees,
+                               .snapshots = near->snapshots,
+                               .cube_count = near->cube_count,
+                               .snapshot_count = near->snapshot_count,
+                               .snapshot_texels = near->snapshot_texels};
   TRY(near_reflect_make(&frame->near_reflect, frame->device, frame->scene, &sources, frame->capacity, log));
 
 done:
   for (uint32_t i = 0; i < near->cube_count; i++) bvh2_free(&trees[i]);
   free(trees);
-  free(nodes);
-  free(triangles);
   return status;
 }
 

@@ -15,7 +15,7 @@ typedef struct NearObjects {
   SnapshotInfo *snapshots;  // [snapshot_count], of all cubes
   uint32_t cube_count, snapshot_count;
   uint32_t left_out;  // near objects that are over the limit: they stay in the cube map, with its parallax
-  size_t node_count, triangle_count, snapshot_texels;
+  size_t snapshot_texels;
   uint64_t bytes;  // of trees and snapshots
 } NearObjects;
 
@@ -29,6 +29,14 @@ void near_objects_free(NearObjects *near);
 
 // Sets left_out[object] to 1 for all that are listed for a cube.
 void near_objects_mark(const NearObjects *near, uint32_t cube, uint32_t *left_out);
+
+// The radius about a reflector's cube within which objects are near, as the options have it.
+double near_objects_radius_m(const CubeOptions *options, const ObjectFacts *reflector);
+
+// Texels a side of the snapshot of an object that reaches `across` at a distance of 1, margins included, beside a cube
+// of cube_px.
+uint32_t snapshot_size_px(double across, uint32_t cube_px);
+enum { SNAPSHOT_MARGIN_PX = 2 };
 
 // Builds the lists' trees and makes frame->near_reflect. Errors: those of part_bvh_make and near_reflect_make.
 Status near_objects_make(Frame *frame, const CubeInfo *cubes, Log *log);

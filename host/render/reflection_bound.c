@@ -5,12 +5,13 @@
 #include <string.h>
 
 #include "plan/cube_error.h"
+#include "render/list_bound.h"
 #include "render/reflectors.h"
 #include "shared/stream.h"
 
-enum { NEIGHBOURS = 2, SAMPLES = 1 + NEIGHBOURS };
+enum { NEIGHBOURS = 2, SAMPLES = 1 + 2 * NEIGHBOURS };
 
-static const double threshold = 2.0 / 255, normal_99 = 2.576, bound_factor = 1.15;
+static const double threshold = 2.0 / 255, normal_99 = 2.576, bound_factor = 1.3;
 
 // Of a texel, by which an edge in it is smeared: all of it across, edges of all directions counted to the right and
 // down.
@@ -93,39 +94,67 @@ static void sight_shift(double out[NEIGHBOURS], const SightErrors *errors, int r
   for (int k = 0; k < NEIGHBOURS; k++) out[k] += texel_share * texel_rad / vec3_length(steps[k]);
 }
 
-// Pixels that a probe finds wrong, by rung: an edge beside it sweeps more than one.
-static void probe_wrong(double out[BOUND_RUNGS], const ReflectionSight *probe,
-                        const ReflectionSight *beside[NEIGHBOURS], const CubeInfo *cube, double scale)
+// A probe and the sights beside it: the next pixels', and the next blocks' first. NULL where they show another
+// reflector, or none.
+typedef struct ProbeSights {
+  const ReflectionSight *own, *beside[NEIGHBOURS], *across[NEIGHBOURS];
+  double block_px;
+} ProbeSights;
+
+// What lies between a probe and the next block, or where that shows something else, the next pixel. An edge between
+// blocks is one for each of the block's pixels in a row; what grows as steadily as from pixel to pixel is none.
+static ProbeEdge probe_edge(const ReflectionSight **other, const ProbeSights *sights, int k, double scale)
 {
-  SightErrors own = sight_errors(probe, cube), theirs[NEIGHBOURS];
+  ProbeEdge edge = {.is_there = sights->beside[k]};
+  if (!edge.is_there) return edge;
+  *other = sights->beside[k];
+  edge.change = change_shown(sights->own, *other, scale);
+  edge.weight = edge.change > threshold;
+  if (!sights->across[k]) return edge;
+  double steady = edge.weight > 0 ? 0 : 2 * sights->block_px * edge.change;
+  *other = sights->across[k];
+  edge.weight = change_shown(sights->own, *other, scale) > fmax(threshold, steady) ? 1 / sights->block_px : 0;
+  edge.change = fmin(edge.change, threshold);
+  return edge;
+}
+
+// Pixels that a probe finds wrong, by rung: an edge beside it sweeps more than one. `edges` receive what the impostor's
+// texels smear, `others` what lies beyond them.
+static void probe_wrong(double out[BOUND_RUNGS], ProbeEdge edges[NEIGHBOURS], const ReflectionSight *others[NEIGHBOURS],
+                        const ProbeSights *sights, const CubeInfo *cube, double scale)
+{
+  SightErrors own = sight_errors(sights->own, cube), theirs[NEIGHBOURS];
   Vec3 direction = own.shown[BOUND_CUBE], steps[NEIGHBOURS];
-  double change[NEIGHBOURS] = {0}, texel_rad = cube_texel_rad(cube->size);
+  double texel_rad = cube_texel_rad(cube->size);
   memset(out, 0, BOUND_RUNGS * sizeof *out);
-  out[BOUND_ENVIRONMENT] = isfinite(probe->distance);
-  if (!beside[0] && !beside[1]) return;
+  memset(edges, 0, NEIGHBOURS * sizeof *edges);
+  out[BOUND_ENVIRONMENT] = isfinite(sights->own->distance);
+  if (!sights->beside[0] && !sights->beside[1]) return;
   for (int k = 0; k < NEIGHBOURS; k++) {
-    if (!beside[k]) continue;
-    theirs[k] = sight_errors(beside[k], cube);
-    change[k] = change_shown(probe, beside[k], scale);
-    steps[k] = vec3_sub(theirs[k].shown[BOUND_CUBE], direction);
+    edges[k] = probe_edge(&others[k], sights, k, scale);
+    if (!edges[k].is_there) continue;
+    theirs[k] = sight_errors(others[k], cube);
+    steps[k] = vec3_sub(sight_errors(sights->beside[k], cube).shown[BOUND_CUBE], direction);
+    edges[k].outline = theirs[k].distance < 0.8 * own.distance || own.distance < 0.8 * theirs[k].distance;
   }
   // At the reflector's rim: as much the other way.
   for (int k = 0; k < NEIGHBOURS; k++)
-    if (!beside[k]) steps[k] = vec3_cross(direction, steps[1 - k]);
-  for (int rung = BOUND_CUBE; rung < BOUND_RUNGS; rung++) {
-    double shift[NEIGHBOURS], other[NEIGHBOURS], edges = 0, smooth = 0;
+    if (!edges[k].is_there) steps[k] = vec3_cross(direction, steps[1 - k]);
+  for (int rung = BOUND_CUBE; rung <= BOUND_IMPOSTOR; rung++) {
+    double shift[NEIGHBOURS], other[NEIGHBOURS], swept = 0, smooth = 0;
     sight_shift(shift, &own, rung, steps, texel_rad);
     for (int k = 0; k < NEIGHBOURS; k++) {
-      if (!beside[k]) continue;
-      bool outline = theirs[k].distance < 0.8 * own.distance || own.distance < 0.8 * theirs[k].distance;
-      double share = rung == BOUND_IMPOSTOR && outline ? outline_share : 1;
+      if (!edges[k].is_there) continue;
+      double share = rung == BOUND_IMPOSTOR && edges[k].outline ? outline_share : 1;
       sight_shift(other, &theirs[k], rung, steps, texel_rad);
-      if (change[k] > threshold)
-        edges += share * fmax(shift[k], other[k]);
+      edges[k].own_px = shift[k];
+      edges[k].other_px = other[k];
+      if (edges[k].weight > 0)
+        swept += edges[k].weight * share * fmax(shift[k], other[k]);
       else
-        smooth += change[k] * shift[k];
+        smooth += edges[k].change * shift[k];
     }
-    out[rung] = edges > 0 ? edges : smooth > threshold;
+    out[rung] = swept > 0 ? swept : smooth > threshold;
   }
 }
 
@@ -146,11 +175,12 @@ static FrameRequest sight_request(const Frame *frame, uint32_t block_px, Reflect
   return request;
 }
 
-// The middle of a block's first pixel, and those to the right of it and below.
+// The middle of a block's first pixel, those to the right of it and below, and the first of the next blocks.
 static void sight_offsets(float out[SAMPLES][2], uint32_t block_px)
 {
   float half = 0.5f / (float)block_px;
-  const float offsets[SAMPLES][2] = {{half, half}, {3 * half, half}, {half, 3 * half}};
+  const float offsets[SAMPLES][2] = {
+      {half, half}, {3 * half, half}, {half, 3 * half}, {1 + half, half}, {half, 1 + half}};
   memcpy(out, offsets, sizeof offsets);
 }
 
@@ -171,21 +201,33 @@ static void sums_add(Sums *sums, const double wrong[BOUND_RUNGS])
   }
 }
 
+static uint32_t object_met(const ReflectionSight *sight, const uint32_t *starts, uint32_t objects)
+{
+  return sight->met == HIT_NONE ? LIST_MET_NOTHING : object_of_triangle(starts, objects, sight->met);
+}
+
 // `cubes` and `sums`: [object_count].
 static void probes_judge(Sums *sums, const ReflectionSights *sights, uint32_t pixels, const CubeInfo *cubes,
-                         const uint32_t *starts, uint32_t objects, double scale)
+                         const ListBound *lists, const uint32_t *starts, uint32_t objects, uint32_t block_px,
+                         double scale)
 {
   for (uint32_t i = 0; i < pixels; i++) {
-    const ReflectionSight *probe = &sights->sights[i], *beside[NEIGHBOURS];
+    const ReflectionSight *probe = &sights->sights[i], *others[NEIGHBOURS];
     if (!probe->is_reflected) continue;
     uint32_t object = object_of_triangle(starts, objects, probe->triangle);
-    for (uint32_t k = 0; k < NEIGHBOURS; k++) {
+    ProbeSights about = {.own = probe, .block_px = block_px};
+    for (uint32_t k = 0; k < 2 * NEIGHBOURS; k++) {
       const ReflectionSight *there = &sights->sights[i + (k + 1) * pixels];
       bool same = there->is_reflected && object_of_triangle(starts, objects, there->triangle) == object;
-      beside[k] = same ? there : NULL;
+      (k < NEIGHBOURS ? about.beside : about.across)[k % NEIGHBOURS] = same ? there : NULL;
     }
     double wrong[BOUND_RUNGS];
-    probe_wrong(wrong, probe, beside, &cubes[object], scale);
+    ProbeEdge edges[NEIGHBOURS];
+    probe_wrong(wrong, edges, others, &about, &cubes[object], scale);
+    for (uint32_t k = 0; k < NEIGHBOURS; k++)
+      if (edges[k].is_there) edges[k].met = object_met(others[k], starts, objects);
+    list_bound_wrong(wrong, lists, object, object_met(probe, starts, objects), edges, NEIGHBOURS, outline_share,
+                     threshold);
     sums_add(&sums[object], wrong);
   }
 }
@@ -211,12 +253,17 @@ static void bound_fill(ReflectionBound *bound, const Sums *sums, uint32_t object
     all.shown += sums[o].shown;
     for (int rung = 0; rung < BOUND_RUNGS; rung++) {
       reflector->rungs[rung] = share_of(sums[o].wrong[rung], sums[o].squares[rung], reflector->share, count);
+      if (rung >= BOUND_SNAPSHOT)
+        reflector->rungs[rung].bound = list_bound_stated(rung, reflector->rungs[rung].bound, reflector->share);
       all.wrong[rung] += reflector->rungs[rung].expected * count;
       all.squares[rung] += sums[o].squares[rung];
     }
   }
-  for (int rung = 0; rung < BOUND_RUNGS; rung++)
+  for (int rung = 0; rung < BOUND_RUNGS; rung++) {
     bound->rungs[rung] = share_of(all.wrong[rung], all.squares[rung], all.shown / count, count);
+    if (rung >= BOUND_SNAPSHOT)
+      bound->rungs[rung].bound = list_bound_stated(rung, bound->rungs[rung].bound, all.shown / count);
+  }
 }
 
 Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float scale, Log *log)
@@ -228,6 +275,7 @@ Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float sca
   uint32_t block_px = (uint32_t)ceil(sqrt((double)camera->width * camera->height / BOUND_PROBES));
   if (block_px < 2) block_px = 2;  // a probe's neighbours are its own
   Frame probing = {0};
+  ListBound lists = {0};
   ReflectionSights sights = {0};
   float offsets[SAMPLES][2];
   FrameRequest request = sight_request(frame, block_px, &sights);
@@ -249,7 +297,8 @@ Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float sca
   uint32_t pixels = blocks->tiles_per_row * ((blocks->height + TILE_SIZE - 1) / TILE_SIZE) * TILE_PIXELS;
   bound.probes = (uint64_t)blocks->width * blocks->height;
   cubes_guess(cubes, frame, &sights, pixels, starts, block_px);
-  probes_judge(sums, &sights, pixels, cubes, starts, objects, (double)scale);
+  TRY(list_bound_make(&lists, frame, cubes, log));
+  probes_judge(sums, &sights, pixels, cubes, &lists, starts, objects, block_px, (double)scale);
   bound_fill(&bound, sums, objects);
   *out = bound;
   bound = (ReflectionBound){0};
@@ -257,6 +306,7 @@ Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float sca
 done:
   reflection_bound_free(&bound);
   reflection_sights_free(&sights);
+  list_bound_free(&lists);
   frame_free(&probing);
   free(sums);
   free(cubes);

@@ -4,7 +4,19 @@
 #include "render/frame.h"
 
 // Rungs of which it is told.
-typedef enum BoundRung { BOUND_ENVIRONMENT, BOUND_CUBE, BOUND_BOX, BOUND_IMPOSTOR, BOUND_RUNGS } BoundRung;
+// In the order of ReflectionMethod from REFLECTIONS_ENVIRONMENT on.
+typedef enum BoundRung {
+  BOUND_ENVIRONMENT,
+  BOUND_CUBE,
+  BOUND_BOX,
+  BOUND_IMPOSTOR,
+  BOUND_SNAPSHOT,  // from here on render/list_bound.h
+  BOUND_PLANAR,
+  BOUND_CANDIDATES,
+  BOUND_MIXED,
+  BOUND_HYBRID,
+  BOUND_RUNGS
+} BoundRung;
 
 // Share of the picture's pixels that are off by more than 2/255 in some displayed channel.
 typedef struct BoundShare {
@@ -33,19 +45,20 @@ typedef struct ReflectionBound {
 //   shift   pixels to the right and down by which the picture so moves: eps is solved for in the steps that the
 //           reflected ray takes from the probe to its two neighbours, whatever the mirror's curvature. A texel more,
 //           times 0.8: an edge is smeared over one (map resolution; for the impostor it is all there is)
-//   wrong   where the picture changes by more than 2/255 to a neighbour an edge lies between, and sweeps `shift` pixels
-//           (of both sides of it the greater); elsewhere the pixel is wrong where what it changes times `shift` is more
-//           than 2/255. Outlines the impostor traces, but for 0.6 % (by trial). Environment: every ray that meets
-//           something is wrong
+//   wrong   where the picture changes by more than 2/255 to the next block's probe, and not as steadily as to the next
+//           pixel, an edge lies between, somewhere in the block, and sweeps `shift` pixels (of both sides of it the
+//           greater): the block's share is that over its width; elsewhere the pixel is wrong where what it changes
+//           times `shift` is more than 2/255. Outlines the impostor traces, but for 0.6 % (by trial). Environment:
+//           every ray that meets something is wrong
 //
-// The mean over the probes is expected, no more than what shows the reflector; `bound` is 1.15 (expected + z s), s its
+// The mean over the probes is expected, no more than what shows the reflector; `bound` is 1.3 (expected + z s), s its
 // standard error over the probes, z = 2.576 (99 %): the rest of the factor is for what is hidden from the centre, and
 // was found by trial. `frame` is made; `scale` is what its radiance is multiplied by for display.
 //
 // Fails where a surface looks different from the centre: shiny ones, and other mirrors, which a map shows as they look
 // from there; and where wires lie between probes.
 //
-// Cost: that of 3 BOUND_PROBES pixels more by rays. Errors: those of frame_make and frame_render.
+// Cost: that of 5 BOUND_PROBES pixels more by rays. Errors: those of frame_make and frame_render.
 enum { BOUND_PROBES = 4096 };
 Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float scale, Log *log);
 void reflection_bound_free(ReflectionBound *bound);

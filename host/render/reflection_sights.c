@@ -25,7 +25,7 @@ static uint32_t bits_of(float value)
   return bits;
 }
 
-static void sight_set(ReflectionSight *out, const float *fields, uint32_t capacity, float t, bool hit)
+static void sight_set(ReflectionSight *out, const float *fields, uint32_t capacity, float t, uint32_t met)
 {
   float ray[RAY_FIELD_COUNT];
   for (uint32_t field = 0; field < RAY_FIELD_COUNT; field++) ray[field] = fields[(size_t)field * capacity];
@@ -35,7 +35,8 @@ static void sight_set(ReflectionSight *out, const float *fields, uint32_t capaci
       .triangle = source & ~RAY_FROM_MIRROR,
       .origin = {(double)ray[RAY_ORIGIN_X], (double)ray[RAY_ORIGIN_Y], (double)ray[RAY_ORIGIN_Z]},
       .direction = {(double)ray[RAY_DIRECTION_X], (double)ray[RAY_DIRECTION_Y], (double)ray[RAY_DIRECTION_Z]},
-      .distance = hit ? (double)t : INFINITY};
+      .distance = met != HIT_NONE ? (double)t : INFINITY,
+      .met = met};
 }
 
 Status reflection_sights_keep(ReflectionSights *sights, Device *device, const RayStream *rays, uint32_t count,
@@ -54,8 +55,7 @@ Status reflection_sights_keep(ReflectionSights *sights, Device *device, const Ra
   TRY(buffer_read(device, &hits->ids, ids, count * sizeof *ids, log));
   TRY(buffer_read(device, &hits->hits, t, count * sizeof *t, log));
   for (uint32_t i = 0; i < count; i++)
-    if (slots[i] < sights->capacity)
-      sight_set(&sights->sights[slots[i]], fields + i, capacity, t[i], ids[i] != HIT_NONE);
+    if (slots[i] < sights->capacity) sight_set(&sights->sights[slots[i]], fields + i, capacity, t[i], ids[i]);
 
 done:
   free(fields);

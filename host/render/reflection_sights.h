@@ -12,6 +12,7 @@ typedef struct ReflectionSight {
   uint32_t triangle;  // that reflects
   Vec3 origin, direction;
   double distance;  // of what it meets, in lengths of the direction; INFINITY
+  uint32_t met;     // triangle; HIT_NONE
   float radiance[4];
 } ReflectionSight;
 

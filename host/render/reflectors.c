@@ -55,11 +55,6 @@ static CubeInfo cube_fit(const DeviceScene *scene, uint32_t object, uint32_t siz
                     .hull_least = object_is_convex(scene->source, object) ? INFINITY : (float)(0.999 / reach)};
 }
 
-static bool plan_uses(const Plan *plan, ReflectionMethod method)
-{
-  return plan->reflections == method || plan->deep_reflections == method;
-}
-
 CubeInfo reflector_cube(const Frame *frame, uint32_t object, double pixels)
 {
   return cube_fit(frame->scene, object, size_choose(&frame->request.plan.cubes, pixels));
@@ -68,7 +63,7 @@ CubeInfo reflector_cube(const Frame *frame, uint32_t object, double pixels)
 // Is a cube marched through?
 static bool marches(const Plan *plan)
 {
-  return plan_uses(plan, REFLECTIONS_IMPOSTOR) || plan_uses(plan, REFLECTIONS_HYBRID) || plan_uses_lists(plan);
+  return plan_uses_reflections(plan, REFLECTIONS_IMPOSTOR) || plan_uses_lists(plan);
 }
 
 // Does a reflector gain nothing from hybrid reflections? What a flat mirror shows needs more texels than it has pixels:
@@ -78,7 +73,7 @@ static bool rays_are_better(ReflectorSummary *summary, const Frame *frame, const
 {
   const FrameRequest *request = &frame->request;
   const bool shadow_rays = request->plan.shadow_rays && !plan_uses_shadow_maps(&request->plan);
-  if (!plan_uses(&request->plan, REFLECTIONS_HYBRID)) return false;
+  if (!plan_uses_reflections(&request->plan, REFLECTIONS_HYBRID)) return false;
   const bool flat = reflector_side(reflector)->pixels == reflector->pixels;
   summary->flat += flat;
   if (flat) return true;
@@ -103,18 +98,21 @@ static uint32_t cubes_fit(CubeInfo *cubes, uint32_t *cube_of_object, Frame *fram
   const uint64_t most = device_budget(frame->device, options->max_bytes, CUBES_MOST_BYTES);
   ReflectorSummary *summary = &frame->reflectors;
   const uint64_t texel_bytes = sizeof(Float4) + (marches(&frame->request.plan) ? sizeof(float) : 0);
-  uint32_t kept = 0;
+  const bool hybrid = plan_uses_reflections(&frame->request.plan, REFLECTIONS_HYBRID);
+  uint32_t kept = 0, first_texel = 0;
   *summary = (ReflectorSummary){.visible = count};
   for (uint32_t i = 0; i < count; i++) {
     uint32_t size = size_choose(options, (double)reflectors[i].pixels * factor * factor);
     if (rays_are_better(summary, frame, &reflectors[i], size, factor)) continue;
     uint64_t texels = CUBE_TEXELS((uint64_t)size), bytes = texels * texel_bytes;
+    if (hybrid) bytes += hybrid_reflect_bytes(size);
     if (kept == CUBES_MOST || summary->bytes + bytes > most) {
       summary->left_out++;
       continue;
     }
     cubes[kept] = cube_fit(frame->scene, reflectors[i].object, size);
-    cubes[kept].first_texel = (uint32_t)(summary->bytes / texel_bytes);
+    cubes[kept].first_texel = first_texel;
+    first_texel += (uint32_t)texels;
     cube_of_object[reflectors[i].object] = kept++;
     summary->bytes += bytes;
     if (summary->least_px == 0 || size < summary->least_px) summary->least_px = size;
@@ -206,7 +204,7 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
                    request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO || request.plan.shadows == SHADOWS_AREA ||
                    request.plan.max_roughness > 0;
   const bool marched = marches(&request.plan), lists = plan_uses_lists(&request.plan);
-  const bool doubted = plan_uses(&request.plan, REFLECTIONS_HYBRID);
+  const bool doubted = plan_uses_reflections(&request.plan, REFLECTIONS_HYBRID);
   const uint32_t samples = by_chance ? smaller(request.samples, CUBE_SAMPLES_MOST) : 1;
   CubeDoubt doubt = {0};
   uint32_t *left_out = calloc((size_t)objects + 1, sizeof *left_out);
@@ -278,6 +276,20 @@ done:
   return status;
 }
 
+static Status hybrid_prepare(Frame *frame, const CubeInfo *cubes, uint32_t count, Log *log)
+{
+  HybridReflect *hybrid = &frame->hybrid_reflect;
+  bool *convex = calloc(count, sizeof *convex);
+  if (!convex) return log_no_memory(log, "cube maps");
+  for (uint32_t i = 0; i < count; i++) convex[i] = isinf(cubes[i].hull_least);
+  Status status = hybrid_reflect_make(hybrid, frame->device, frame->scene, &frame->raster_scene, &frame->camera.info,
+                                      cubes, convex, count, frame->capacity, log);
+  hybrid->allowed = HYBRID_ALLOWED;
+  hybrid->scale = isinf(frame->request.exposure_ev) ? INFINITY : exp2f(frame->request.exposure_ev);
+  free(convex);
+  return status;
+}
+
 Status reflectors_prepare(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
@@ -310,9 +322,8 @@ Status reflectors_prepare(Frame *frame, Log *log)
     TRY(near_objects_make(frame, cubes, log));
   }
   TRY(cube_reflect_make(&frame->cube_reflect, frame->device, frame->scene, cubes, kept, cube_of_object, marches(plan),
-                        plan_uses(plan, REFLECTIONS_HYBRID), log));
-  frame->cube_reflect.allowed = HYBRID_ALLOWED;
-  frame->cube_reflect.scale = isinf(frame->request.exposure_ev) ? INFINITY : exp2f(frame->request.exposure_ev);
+                        log));
+  if (kept && plan_uses_reflections(plan, REFLECTIONS_HYBRID)) TRY(hybrid_prepare(frame, cubes, kept, log));
   if (kept) TRY(cubes_draw(frame, cubes, kept, log));
 
 done:

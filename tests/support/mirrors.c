@@ -185,7 +185,7 @@ MirrorsShown *mirrors_shown(const Scene *scene, const Camera *camera, Reflection
   const CubeReflect *maps = &frame.cube_reflect;
   out->rays = (double)(maps->looked_up + frame.planar.looked_up);
   out->traced = (double)(maps->left + frame.planar.left);
-  out->shaded = (double)maps->shaded;
+  out->shaded = (double)frame.hybrid_reflect.shaded;
   out->reflectors = frame.reflectors;
   out->planes = frame.planar.count;
   out->planes_left_out = frame.planar.left_out;
