@@ -5,6 +5,9 @@
 //         cubes, texels    shared/cube.h
 //         hull, cells      the same; REFLECT_BY_IMPOSTOR and REFLECT_BY_HYBRID alone
 //         doubts, names    the same; REFLECT_BY_HYBRID alone, as what follows
+//         levels           the same; of cubes that rough surfaces ask
+//         environment_levels   the environment's (shared/scene.h)
+//         rough_alone      1: rays of mirrors are left as they are
 //         positions, corners, materials   of the scene's triangles
 //         scale, allowed   of radiance for display (INFINITY: not known), and how far off that may be
 //   out   radiance[slot]   weight x what the map shows
@@ -23,6 +26,11 @@
 //   REFLECT_BY_IMPOSTOR     what it shows where the ray goes behind the surface that the cube saw. Cost, and which rays
 //                           are left: lib/impostor.cl.
 //
+//   What a rough surface reflects comes as one ray about its lobe's axis, which is never left: it sees the cube's levels,
+//   where the axis ends by the method, as rough as the lobe is wide from the cube's centre: alpha x (way of the ray) /
+//   (distance from the centre), for what is near is seen sharper. Where the method cannot tell, the axis ends at the mean
+//   distance that the level shows, found in ROUGH_STEPS steps. Without a cube it sees the environment's levels.
+//
 //   REFLECT_BY_HYBRID       the same where the picture would not be off by more than what is allowed (cube_doubt.cl).
 //                           Elsewhere the exact hit on one of the triangles that the four texels name, if there is one
 //                           within HYBRID_NEAR of the place; the others are left, as are rays that are under the
@@ -32,9 +40,12 @@
 //   Cost  16 bytes x 4 a lookup.
 //   The reflector itself is not in its cube: by the other methods it does not show itself.
 //   A ray's radiance is added slot by slot in the order of launches: no atomics, the same sum on every run.
+//   Fails for rough surfaces as the split sum: the lobe is round and not cut at the horizon, and what is near fills all
+//         of it or none.
 //   From  Blinn, Newell, "Texture and Reflection in Computer Generated Images", 1976; Greene, "Environment Mapping and
 //         Other Applications of World Projections", 1986 (cube); Lagarde, Zanuttini, "Local Image-based Lighting with
-//         Parallax-corrected Cubemaps", 2012 (box).
+//         Parallax-corrected Cubemaps", 2012 (box); Lagarde, de Rousiers, "Moving Frostbite to Physically Based
+//         Rendering", 2014 (roughness by distance); Szirmay-Kalos and others, as in lib/impostor.cl (the mean distance).
 
 #include "lib/environment.cl"
 #include "lib/impostor.cl"
@@ -44,6 +55,7 @@
 
 #define HULL_SLACK_HYBRID 3e-4f
 #define HYBRID_NEAR 0.05f
+#define ROUGH_STEPS 3
 
 #define ANSWER_LEFT 0  // to be traced
 #define ANSWER_GIVEN 1
@@ -133,13 +145,47 @@ static inline int cube_answer(float4 *out, uint method, const MarchMap *map, Cub
   return ANSWER_GIVEN;
 }
 
-kernel void cube_reflect(uint method, global const float *rays, global const uint *slots, uint capacity, uint ray_count,
-                         global const uint *object_starts, uint object_count, global const uint *cube_of_object,
-                         global const CubeInfo *cubes, global const float4 *texels, global const float *hull,
-                         global const float *cells, global const float2 *doubts, global const uint *names, float scale,
-                         float allowed, global const float *positions, global const TriangleCorners *corners,
-                         global const MaterialInfo *materials, constant EnvironmentInfo *environment,
-                         global const Float4 *environment_pixels, global float4 *radiance, global float *left_rays,
+// Where a ray from within a ball about the centre leaves it; its own direction where it starts outside.
+static inline float3 ball_end(CubeRay ray, float radius)
+{
+  float along = dot(ray.origin, ray.direction), inside = radius * radius - dot(ray.origin, ray.origin);
+  return inside > 0 && inside < INFINITY ? ray.origin + (sqrt(along * along + inside) - along) * ray.direction
+                                         : ray.direction;
+}
+
+// What a rough surface reflects about a ray.
+static inline float4 rough_answer(uint method, const MarchMap *map, global const float4 *levels, CubeRay ray,
+                                  float roughness)
+{
+  CubePlace place;
+  float3 end = ray.direction;
+  bool is_found = true, ends = false;
+  if (method == REFLECT_BY_BOX) ends = is_found = box_direction(&end, map->cube, ray);
+  if (method == REFLECT_BY_IMPOSTOR) {
+    float t;
+    int state = map_meet(&place, &t, map, ray, arc_of(ray), 0, INFINITY);
+    is_found = state != MARCH_UNSURE;
+    ends = state == MARCH_HIT;
+    if (ends) end = ray.origin + t * ray.direction;
+  }
+  for (uint i = 0; i < ROUGH_STEPS && !is_found; i++) {
+    float inverse = cube_prefiltered(map->cube, map->texels, levels, end, roughness).w;
+    end = ball_end(ray, 1 / inverse);
+    ends = inverse > 0;
+  }
+  if (ends) roughness *= sqrt(distance(end, ray.origin) / length(end));
+  return cube_prefiltered(map->cube, map->texels, levels, end, min(roughness, 1.0f));
+}
+
+kernel void cube_reflect(uint method, uint rough_alone, global const float *rays, global const uint *slots,
+                         uint capacity, uint ray_count, global const uint *object_starts, uint object_count,
+                         global const uint *cube_of_object, uint cube_count, global const CubeInfo *cubes,
+                         global const float4 *texels, global const float *hull, global const float *cells,
+                         global const float4 *levels, global const float2 *doubts, global const uint *names,
+                         float scale, float allowed, global const float *positions,
+                         global const TriangleCorners *corners, global const MaterialInfo *materials,
+                         constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
+                         global const Float4 *environment_levels, global float4 *radiance, global float *left_rays,
                          global uint *left_slots, global float *named_rays, global uint *named_slots,
                          global float *named_hits, global uint *named_ids, global uint *counts)
 {
@@ -151,8 +197,11 @@ kernel void cube_reflect(uint method, global const float *rays, global const uin
     UintL slot = LANE_LOAD(slots, first);
     FloatL density = LANE_LOAD(rays + RAY_DENSITY * capacity, first);
     UintL source = LANE_AS_UINT(density);
-    IntL active = stream_load_t_max(rays, capacity, first, ray_count) > FLOATL(0);
-    IntL mirrored = active & ((source & UINTL(RAY_FROM_MIRROR)) != UINTL(0)), left = active & !mirrored;
+    FloatL reach = stream_load_t_max(rays, capacity, first, ray_count);
+    IntL active = reach > FLOATL(0), rough = active & (reach <= FLOATL(1));
+    IntL mirrored = active & !rough & ((source & UINTL(RAY_FROM_MIRROR)) != UINTL(0));
+    if (rough_alone) mirrored = INTL(0);
+    IntL left = active & !(mirrored | rough), unmapped = INTL(0);
     Vec3L origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
     Vec3L direction = stream_load3(rays, capacity, RAY_DIRECTION_X, first), unit = unit3(direction);
     Vec3L weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
@@ -180,6 +229,22 @@ kernel void cube_reflect(uint method, global const float *rays, global const uin
       if (answer == ANSWER_LEFT) LANE_INT(left, lane) = -1;
       if (answer == ANSWER_OPEN) LANE_INT(open, lane) = -1;
       if (answer == ANSWER_GIVEN) radiance[LANE_UINT(slot, lane)] += throughput * value;
+    }
+    for (uint bits = lane_bits(rough); bits; bits &= bits - 1) {
+      uint lane = lowest_bit(bits);
+      uint number = reflector_any_cube(reflectors, LANE_UINT(source, lane)) & ~CUBE_FOR_ROUGH;
+      if (number >= cube_count || cubes[number].first_level == CUBE_NONE) {
+        LANE_INT(unmapped, lane) = -1;
+        continue;
+      }
+      MarchMap map = march_map_of_cube(&cubes[number], texels, cells, 0);
+      CubeRay ray = cube_ray(map.cube, lane_float3(origin, lane), lane_float3(unit, lane));
+      float4 throughput = lane_float4(weight, lane);
+      radiance[LANE_UINT(slot, lane)] += throughput * rough_answer(method, &map, levels, ray, LANE_FLOAT(reach, lane));
+    }
+    if (any_lane(unmapped)) {
+      Vec3L seen = environment_prefiltered(environment, environment_pixels, environment_levels, unit, reach, unmapped);
+      radiance_add(radiance, slot, unmapped, mul3(seen, weight));
     }
     if (any_lane(open)) {
       Vec3L seen = environment_radiance(environment, environment_pixels, unit, open);

@@ -8,14 +8,21 @@
 typedef struct ReflectorCubes {
   global const uint *object_starts;
   uint object_count;
-  global const uint *cube_of_object;  // CUBE_NONE where an object has none
+  global const uint *cube_of_object;  // CUBE_NONE where an object has none; with CUBE_FOR_ROUGH
 } ReflectorCubes;
 
-// The cube of the reflector on which a ray starts that a mirror sent (RAY_FROM_MIRROR), or CUBE_NONE.
-static inline uint reflector_cube(ReflectorCubes cubes, uint source)
+// The cube of the reflector on which a ray starts that says so (RAY_FROM_MIRROR), with CUBE_FOR_ROUGH, or CUBE_NONE.
+static inline uint reflector_any_cube(ReflectorCubes cubes, uint source)
 {
   uint triangle = source & ~RAY_FROM_MIRROR;
   return cubes.cube_of_object[object_of_triangle(cubes.object_starts, cubes.object_count, triangle)];
+}
+
+// The same for a ray that a mirror sent: not those that rough surfaces alone ask.
+static inline uint reflector_cube(ReflectorCubes cubes, uint source)
+{
+  uint number = reflector_any_cube(cubes, source);
+  return number & CUBE_FOR_ROUGH ? CUBE_NONE : number;
 }
 
 static inline float3 lane_float3(Vec3L v, uint lane)

@@ -3,7 +3,8 @@
 #include "passes/scene_args.h"
 
 Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
-                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, bool doubted, Log *log)
+                         uint32_t cube_count, const uint32_t *cube_of_object, size_t level_texels, bool marched,
+                         bool doubted, Log *log)
 {
   Status status = STATUS_OK;
   CubeReflect reflect = {.cube_count = cube_count};
@@ -20,6 +21,7 @@ Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *sc
   TRY(buffer_create(&reflect.hull, device, marched ? texels * sizeof(float) : 0, NULL, "cube maps", log));
   TRY(buffer_create(&reflect.cells, device, marched ? texels / (CUBE_CELL * CUBE_CELL) * sizeof(float) : 0, NULL,
                     "cube maps", log));
+  TRY(buffer_create(&reflect.levels, device, level_texels * sizeof(Float4), NULL, "cube map levels", log));
   TRY(buffer_create(&reflect.doubts, device, doubted ? texels * 2 * sizeof(float) : 0, NULL, "cube maps", log));
   TRY(buffer_create(&reflect.names, device, doubted ? texels * sizeof(uint32_t) : 0, NULL, "cube maps", log));
   TRY(buffer_create(&reflect.counts, device, 2 * sizeof(uint32_t), NULL, "cube maps", log));
@@ -39,6 +41,7 @@ void cube_reflect_free(CubeReflect *reflect)
   buffer_free(&reflect->texels);
   buffer_free(&reflect->hull);
   buffer_free(&reflect->cells);
+  buffer_free(&reflect->levels);
   buffer_free(&reflect->doubts);
   buffer_free(&reflect->names);
   buffer_free(&reflect->counts);
@@ -52,6 +55,9 @@ static uint32_t map_of(ReflectionMethod method)
     case REFLECTIONS_BOX: return REFLECT_BY_BOX;
     case REFLECTIONS_IMPOSTOR: return REFLECT_BY_IMPOSTOR;
     case REFLECTIONS_HYBRID: return REFLECT_BY_HYBRID;
+    case REFLECTIONS_SNAPSHOT:
+    case REFLECTIONS_CANDIDATES:
+    case REFLECTIONS_MIXED: return REFLECT_BY_IMPOSTOR;
     default: return REFLECT_BY_ENVIRONMENT;
   }
 }
@@ -61,25 +67,26 @@ Status cube_reflect(CubeReflect *reflect, Device *device, const DeviceScene *sce
                     const KnownHits *known, LeftRays *out, Log *log)
 {
   Status status = STATUS_OK;
-  uint32_t map = map_of(method), counts[2];
+  const uint32_t map = map_of(method), rough_alone = reflections_use_lists(method);
+  uint32_t counts[2];
   TRY(buffer_zero(device, &reflect->counts, log));
   TRY(device_launch(
       device, &reflect->kernel, work_items(device, count), count,
       method == REFLECTIONS_ENVIRONMENT ? "look up the environment" : "look up cube maps",
-      ARGS(ARG(map), ARG_BUFFER(rays->rays), ARG_BUFFER(rays->slots), ARG(rays->capacity), ARG(count),
+      ARGS(ARG(map), ARG(rough_alone), ARG_BUFFER(rays->rays), ARG_BUFFER(rays->slots), ARG(rays->capacity), ARG(count),
            ARG_BUFFER(scene->object_starts), ARG(scene->object_count), ARG_BUFFER(reflect->cube_of_object),
-           ARG_BUFFER(reflect->cubes), ARG_BUFFER(reflect->texels), ARG_BUFFER(reflect->hull),
-           ARG_BUFFER(reflect->cells), ARG_BUFFER(reflect->doubts), ARG_BUFFER(reflect->names), ARG(reflect->scale),
-           ARG(reflect->allowed), ARG_BUFFER(scene->positions), ARG_BUFFER(scene->corners),
-           ARG_BUFFER(scene->materials), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
-           ARG_BUFFER(*radiance), ARG_BUFFER(left->rays), ARG_BUFFER(left->slots), ARG_BUFFER(known->rays.rays),
-           ARG_BUFFER(known->rays.slots), ARG_BUFFER(known->hits.hits), ARG_BUFFER(known->hits.ids),
-           ARG_BUFFER(reflect->counts)),
+           ARG(reflect->cube_count), ARG_BUFFER(reflect->cubes), ARG_BUFFER(reflect->texels), ARG_BUFFER(reflect->hull),
+           ARG_BUFFER(reflect->cells), ARG_BUFFER(reflect->levels), ARG_BUFFER(reflect->doubts),
+           ARG_BUFFER(reflect->names), ARG(reflect->scale), ARG(reflect->allowed), ARG_BUFFER(scene->positions),
+           ARG_BUFFER(scene->corners), ARG_BUFFER(scene->materials), ARG_BUFFER(scene->environment),
+           ARG_BUFFER(scene->environment_pixels), ARG_BUFFER(reflect->environment_levels), ARG_BUFFER(*radiance),
+           ARG_BUFFER(left->rays), ARG_BUFFER(left->slots), ARG_BUFFER(known->rays.rays), ARG_BUFFER(known->rays.slots),
+           ARG_BUFFER(known->hits.hits), ARG_BUFFER(known->hits.ids), ARG_BUFFER(reflect->counts)),
       log));
   TRY(buffer_read(device, &reflect->counts, counts, sizeof counts, log));
   *out = (LeftRays){counts[0], counts[1]};
-  reflect->looked_up += count;
-  reflect->left += out->traced;
+  reflect->looked_up += rough_alone ? count - out->traced : count;
+  reflect->left += rough_alone ? 0 : out->traced;
   reflect->shaded += out->known;
 
 done:

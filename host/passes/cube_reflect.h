@@ -8,26 +8,30 @@
 
 typedef struct CubeReflect {
   Kernel kernel;
-  DeviceBuffer cubes;           // CubeInfo, [cube_count]
-  DeviceBuffer cube_of_object;  // uint, [object_count]; CUBE_NONE
-  DeviceBuffer texels;          // Float4 (shared/cube.h), of all cubes
-  DeviceBuffer hull, cells;     // float, the same; empty where no method reads them
-  DeviceBuffer doubts;          // float2, the same; empty but for hybrid reflections
-  DeviceBuffer names;           // uint, the same
-  DeviceBuffer counts;          // of rays that are left and that are named
+  DeviceBuffer cubes;               // CubeInfo, [cube_count]
+  DeviceBuffer cube_of_object;      // uint, [object_count]; CUBE_NONE
+  DeviceBuffer texels;              // Float4 (shared/cube.h), of all cubes
+  DeviceBuffer hull, cells;         // float, the same; empty where no method reads them
+  DeviceBuffer levels;              // Float4 (shared/cube.h), of those that rough surfaces ask
+  DeviceBuffer environment_levels;  // the shader's own (shared/scene.h); set by the caller of cube_reflect_make
+  DeviceBuffer doubts;              // float2, the same; empty but for hybrid reflections
+  DeviceBuffer names;               // uint, the same
+  DeviceBuffer counts;              // of rays that are left and that are named
   uint32_t cube_count;
   float scale, allowed;              // for hybrid reflections: of radiance for display, and how far off that may be
   uint64_t looked_up, left, shaded;  // rays so far: asked, left to be traced, and to be shaded alone
 } CubeReflect;
 
-// With `marched` there are hull and cells, with `doubted` doubts and names. `cubes` and `cube_of_object` may be NULL
+// The levels of all cubes are `level_texels`. With `marched` there are hull and cells, with `doubted` doubts and names. `cubes` and `cube_of_object` may be NULL
 // where there are none. The texels are zero.
 Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
-                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, bool doubted, Log *log);
+                         uint32_t cube_count, const uint32_t *cube_of_object, size_t level_texels, bool marched,
+                         bool doubted, Log *log);
 void cube_reflect_free(CubeReflect *reflect);
 
 // Adds to radiance[slot] what the method's map shows of rays [0, count) and copies the rays that it leaves to `left`
-// and to `known`. The method is one of those that use maps.
+// and to `known`. The method is one of those that use maps; of those with lists it is the impostor for rough surfaces, and
+// all other rays are left as they are.
 Status cube_reflect(CubeReflect *reflect, Device *device, const DeviceScene *scene, ReflectionMethod method,
                     const RayStream *rays, uint32_t count, const DeviceBuffer *radiance, const RayStream *left,
                     const KnownHits *known, LeftRays *out, Log *log);

@@ -8,7 +8,7 @@ enum { PROBE_PX = 8 };
 static FrameRequest probe_request(const FrameRequest *request)
 {
   FrameRequest probing = *request;
-  bool mirrors = request->plan.reflected_rays && !(request->plan.max_roughness > 0);
+  bool mirrors = request->plan.reflected_rays && !plan_samples_lobes(&request->plan);
   probing.samples = 1;
   probing.plan.primary = PRIMARY_RAYS;
   probing.aovs = AOV_SET_NONE;
