@@ -28,8 +28,9 @@
 //
 //   What a rough surface reflects comes as one ray about its lobe's axis, which is never left: it sees the cube's levels,
 //   where the axis ends by the method, as rough as the lobe is wide from the cube's centre: alpha x (way of the ray) /
-//   (distance from the centre), for what is near is seen sharper. Where the method cannot tell, the axis ends at the mean
-//   distance that the level shows, found in ROUGH_STEPS steps. Without a cube it sees the environment's levels.
+//   (distance from the centre), for what is near is seen sharper. Where the impostor cannot tell, the axis ends at the
+//   mean distances that the levels show. Rays that start outside the box see the cube as if infinitely far away, those
+//   without a cube the environment's levels.
 //
 //   REFLECT_BY_HYBRID       the same where the picture would not be off by more than what is allowed (cube_doubt.cl).
 //                           Elsewhere the exact hit on one of the triangles that the four texels name, if there is one
@@ -45,7 +46,7 @@
 //   From  Blinn, Newell, "Texture and Reflection in Computer Generated Images", 1976; Greene, "Environment Mapping and
 //         Other Applications of World Projections", 1986 (cube); Lagarde, Zanuttini, "Local Image-based Lighting with
 //         Parallax-corrected Cubemaps", 2012 (box); Lagarde, de Rousiers, "Moving Frostbite to Physically Based
-//         Rendering", 2014 (roughness by distance); Szirmay-Kalos and others, as in lib/impostor.cl (the mean distance).
+//         Rendering", 2014 (roughness by distance).
 
 #include "lib/environment.cl"
 #include "lib/impostor.cl"
@@ -55,7 +56,8 @@
 
 #define HULL_SLACK_HYBRID 3e-4f
 #define HYBRID_NEAR 0.05f
-#define ROUGH_STEPS 3
+#define ROUGH_STEPS 24
+#define ROUGH_LEAST 0.125f  // that distances are blurred by
 
 #define ANSWER_LEFT 0  // to be traced
 #define ANSWER_GIVEN 1
@@ -145,12 +147,31 @@ static inline int cube_answer(float4 *out, uint method, const MarchMap *map, Cub
   return ANSWER_GIVEN;
 }
 
-// Where a ray from within a ball about the centre leaves it; its own direction where it starts outside.
-static inline float3 ball_end(CubeRay ray, float radius)
+// Where a ray ends of which the march cannot tell: where it goes behind the mean distances that the level shows, which
+// have no outlines, looked at after each of ROUGH_STEPS even turns. False where it does not.
+static inline bool rough_end(float3 *end, const MarchMap *map, global const float4 *levels, CubeRay ray,
+                             float roughness)
 {
-  float along = dot(ray.origin, ray.direction), inside = radius * radius - dot(ray.origin, ray.origin);
-  return inside > 0 && inside < INFINITY ? ray.origin + (sqrt(along * along + inside) - along) * ray.direction
-                                         : ray.direction;
+  CubeArc arc = arc_of(ray);
+  float turn = acos(clamp(arc.cosine, -1.0f, 1.0f)) / ROUGH_STEPS, gap_before = -1;
+  float2 angle = (float2)(1, 0), step = (float2)(cos(turn), sin(turn));
+  if (arc.straight) return false;
+  for (uint i = 1; i <= ROUGH_STEPS; i++) {
+    float2 last = angle;
+    angle = turned(angle, step);
+    bool whole = i == ROUGH_STEPS;
+    float3 towards = whole ? ray.direction : arc.e * angle.x + arc.n * angle.y;
+    float inverse = whole ? 0 : (angle.x - arc.cotangent * angle.y) / arc.reach;
+    float gap = inverse - cube_prefiltered(map->cube, map->texels, levels, towards, max(roughness, ROUGH_LEAST)).w;
+    if (gap < 0 && gap_before >= 0) {
+      float2 at = mix(last, angle, gap_before / (gap_before - gap));
+      float t = arc_distance(arc, at * rsqrt(dot(at, at)));
+      *end = ray.origin + t * ray.direction;
+      return t < INFINITY;
+    }
+    gap_before = gap;
+  }
+  return false;
 }
 
 // What a rough surface reflects about a ray.
@@ -158,23 +179,18 @@ static inline float4 rough_answer(uint method, const MarchMap *map, global const
                                   float roughness)
 {
   CubePlace place;
+  float t;
   float3 end = ray.direction;
-  bool is_found = true, ends = false;
-  if (method == REFLECT_BY_BOX) ends = is_found = box_direction(&end, map->cube, ray);
+  bool ends = false;
+  if (method == REFLECT_BY_BOX) ends = box_direction(&end, map->cube, ray);
   if (method == REFLECT_BY_IMPOSTOR) {
-    float t;
     int state = map_meet(&place, &t, map, ray, arc_of(ray), 0, INFINITY);
-    is_found = state != MARCH_UNSURE;
     ends = state == MARCH_HIT;
     if (ends) end = ray.origin + t * ray.direction;
-  }
-  for (uint i = 0; i < ROUGH_STEPS && !is_found; i++) {
-    float inverse = cube_prefiltered(map->cube, map->texels, levels, end, roughness).w;
-    end = ball_end(ray, 1 / inverse);
-    ends = inverse > 0;
+    if (state == MARCH_UNSURE) ends = rough_end(&end, map, levels, ray, roughness);
   }
   if (ends) roughness *= sqrt(distance(end, ray.origin) / length(end));
-  return cube_prefiltered(map->cube, map->texels, levels, end, min(roughness, 1.0f));
+  return cube_prefiltered(map->cube, map->texels, levels, ends ? end : ray.direction, min(roughness, 1.0f));
 }
 
 kernel void cube_reflect(uint method, uint rough_alone, global const float *rays, global const uint *slots,
