@@ -10,7 +10,7 @@ typedef struct CubePrefilter {
   DeviceBuffer images;   // Float4, of one cube
 } CubePrefilter;
 
-enum { CUBE_SMALLEST_IMAGE_PX = 4 };
+enum { CUBE_SMALLEST_IMAGE_PX = 8 };
 
 // Samples of a texel of a level: many where texels are few.
 uint32_t cube_level_samples(uint32_t level);
