@@ -136,6 +136,7 @@ static void deeper_bounces_have_a_method_of_their_own(void **state)
   }
   SceneFacts matt = {.least_roughness = 1};
   settings.reflections = settings.deep_reflections = REFLECTIONS_IMPOSTOR;
+  settings.max_roughness = 0;
   plan = plan_make(&settings, &matt);
   assert_true(plan.reflections == REFLECTIONS_NONE && !plan_uses_cubes(&plan));
 }

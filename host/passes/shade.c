@@ -12,7 +12,8 @@ static Status environment_prepare(Shader *shader, Device *device, const DeviceSc
   Status status = STATUS_OK;
   EnvironmentTable table = {0};
   EnvironmentLevels levels = {0};
-  if (plan->lobes && scene->environment_lights) TRY(environment_table_make(&table, &scene->source->environment, log));
+  if (plan->lobes && !plan->lobes_alone && scene->environment_lights)
+    TRY(environment_table_make(&table, &scene->source->environment, log));
   bool by_image = table.count > 0;
   if (plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED) shader->environment_segments = by_image ? 2 : 1;
   if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) shader->environment_segments = OCCLUSION_RAYS;

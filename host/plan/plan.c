@@ -45,6 +45,12 @@ static float max_roughness_choose(const RenderSettings *settings, const SceneFac
   return facts->least_roughness <= most ? most : 0;
 }
 
+static float exact_roughness_of(const RenderSettings *settings, const SceneFacts *facts)
+{
+  const float most = settings->max_roughness < 0 ? 1 : settings->max_roughness;
+  return settings->lighting == LIGHTING_PBR && facts->least_roughness <= most ? most : 0;
+}
+
 // Which lights have maps, with SHADOWS_HYBRID.
 typedef struct ShadowChoice {
   ShadowMethod method;
@@ -106,6 +112,7 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
       .environment_light = environment_light,
       .max_roughness = reflect ? max_roughness : 0,
       .rough_by_maps = by_maps,
+      .exact_roughness = exact_roughness_of(settings, facts),
       .max_depth = depths,
       .ambient = settings->ambient,
   };

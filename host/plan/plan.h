@@ -168,7 +168,9 @@ typedef struct Plan {
   EnvironmentLightMethod environment_light;  // never AUTO
   float max_roughness;                       // 0: mirrors alone reflect
   bool rough_by_maps;                        // prefiltered cube maps show what rough surfaces reflect, not samples
-  uint32_t max_depth;                        // 0 without reflected rays
+  float exact_roughness;                     // up to which they would reflect in the most accurate picture
+  bool lobes_alone;    // samples of lobes are not weighed against samples of the environment's image
+  uint32_t max_depth;  // 0 without reflected rays
   float ambient;
 } Plan;
 

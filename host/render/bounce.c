@@ -91,7 +91,8 @@ static float roughness_of_maps(const Frame *frame, uint32_t depth)
 {
   const Plan *plan = &frame->request.plan;
   const ReflectionMethod method = reflections_of(frame, depth);
-  return plan->rough_by_maps && reflections_answer_lobes(method) ? plan->max_roughness : 0;
+  const bool axes = frame->request.sights && frame->request.sights->axes;
+  return plan->rough_by_maps && (axes || reflections_answer_lobes(method)) ? plan->max_roughness : 0;
 }
 
 ShadeInfo bounce_shade_info(const Frame *frame, const Wave *wave, const Bounce *bounce)
@@ -297,6 +298,9 @@ static Status reflections_look_up(Frame *frame, const Wave *wave, Bounce *bounce
   LeftRays counts = {0};
   RayStream *left;
   if (!bounce->reflected || !reflections_ask(method)) return STATUS_OK;
+  if (frame->request.sights && frame->request.sights->axes && bounce->depth == 1)
+    TRY(reflection_sights_keep(frame->request.sights, frame->device, bounce->rays, bounce->count, NULL,
+                               &frame->radiance, log));
   TRY(stream_take(&left, frame, true, log));
   if (method == REFLECTIONS_PLANAR)
     TRY(planar_reflect(&frame->planar, frame->device, frame->scene, wave, bounce->rays, bounce->count, left,
@@ -332,8 +336,9 @@ static Status hits_find(Frame *frame, const Wave *wave, Bounce *bounce, Coherenc
   if (bounce->count > 0)
     TRY(trace_closest(&frame->tracer, frame->device, frame->scene, bounce->rays, bounce->count, 0, &frame->hits,
                       coherence, bounce->depth ? "trace reflected rays" : "trace transmitted rays", log));
-  if (frame->request.sights && bounce->reflected && bounce->depth == 1)
-    TRY(reflection_sights_keep(frame->request.sights, frame->device, bounce->rays, bounce->count, &frame->hits, log));
+  if (frame->request.sights && !frame->request.sights->axes && bounce->reflected && bounce->depth == 1)
+    TRY(reflection_sights_keep(frame->request.sights, frame->device, bounce->rays, bounce->count, &frame->hits,
+                               &frame->radiance, log));
   TRY(known_hits_join(frame, bounce, log));
 
 done:

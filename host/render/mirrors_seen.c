@@ -4,8 +4,6 @@
 
 #include "shared/stream.h"
 
-enum { OBJECT_NONE = 0xffffffffu };
-
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
 const Side *reflector_side(const Reflector *reflector)
@@ -20,41 +18,6 @@ static bool reflects_nothing(const Material *material)
 {
   const float *base = material->base_color;
   return material->unlit || (material->metallic >= 1 && base[0] + base[1] + base[2] <= 0);
-}
-
-static bool rough_count(Reflector *reflector, const Material *material, const Frame *frame)
-{
-  const bool textured = material->metallic_roughness_slot.texture != NONE;
-  const float roughness = textured ? frame->scene->least_roughness : material->roughness;
-  if (reflects_nothing(material) || roughness > frame->request.plan.max_roughness) return false;
-  if (reflector->rough_pixels == 0 || roughness < reflector->least_roughness) reflector->least_roughness = roughness;
-  reflector->rough_pixels++;
-  return true;
-}
-
-// Counts one more pixel for the object of a triangle. Returns that object where it is a rough reflector there, or
-// OBJECT_NONE.
-static uint32_t reflector_count(Reflector *reflectors, const Frame *frame, const uint32_t *starts, uint32_t triangle)
-{
-  const Scene *scene = frame->scene->source;
-  uint32_t object = object_of_triangle(starts, scene->object_count, triangle);
-  const Mesh *mesh = &scene->meshes[scene->objects[object].mesh];
-  uint32_t within = triangle - starts[object], p = 0;
-  while (p < mesh->primitive_count && within >= mesh->primitives[p].triangle_count)
-    within -= mesh->primitives[p++].triangle_count;
-  if (p == mesh->primitive_count) return OBJECT_NONE;
-  const Material *material = &scene->materials[mesh->primitives[p].material];
-  Reflector *reflector = &reflectors[object];
-  reflector->object = object;
-  if (!material_is_mirror(material)) return rough_count(reflector, material, frame) ? object : OBJECT_NONE;
-  MirrorPlane plane;
-  if (plane_of_triangle(&plane, scene, object, &mesh->primitives[p], within)) {
-    Side *side = reflector->sides, *end = side + SIDES_MOST;
-    while (side < end && side->pixels && !planes_are_one(&side->plane, &plane)) side++;
-    if (side < end && side->pixels++ == 0) side->plane = plane;
-  }
-  reflector->pixels++;
-  return OBJECT_NONE;
 }
 
 // What the rays of a wave see, read back.
@@ -86,22 +49,53 @@ done:
   return status;
 }
 
-// Counts a wave's reflectors.
-static void wave_count(Reflector *reflectors, const Frame *frame, const SeenWave *wave, uint32_t rays,
-                       const uint32_t *starts)
+static float roughness_of(const Material *material, const DeviceScene *scene)
 {
-  for (uint32_t i = 0; i < rays; i++) {
-    if (wave->ids[i] == HIT_NONE) continue;
-    uint32_t object = reflector_count(reflectors, frame, starts, wave->ids[i]);
-    if (object == OBJECT_NONE || !frame->request.plan.rough_by_maps) continue;
-    const RoughSight sight = seen_sight(wave, i);
-    Reflector *reflector = &reflectors[object];
-    reflector->rough_sum_m = vec3_add(reflector->rough_sum_m, sight.place_m);
-    const Vec3 middle = vec3_scale(reflector->rough_sum_m, 1.0 / reflector->rough_pixels);
-    const double here = vec3_length(vec3_sub(sight.place_m, middle));
-    if (reflector->rough_pixels == 1 || here < vec3_length(vec3_sub(reflector->sight.place_m, middle)))
-      reflector->sight = sight;
+  return material->metallic_roughness_slot.texture != NONE ? scene->least_roughness : material->roughness;
+}
+
+void reflector_see_rough(Reflector *reflector, uint32_t object, float roughness, const RoughSight *sight)
+{
+  reflector->object = object;
+  if (reflector->rough_pixels == 0 || roughness < reflector->least_roughness) reflector->least_roughness = roughness;
+  reflector->rough_pixels++;
+  reflector->rough_sum_m = vec3_add(reflector->rough_sum_m, sight->place_m);
+  const Vec3 middle = vec3_scale(reflector->rough_sum_m, 1.0 / reflector->rough_pixels);
+  const double here = vec3_length(vec3_sub(sight->place_m, middle));
+  if (reflector->rough_pixels == 1 || here < vec3_length(vec3_sub(reflector->sight.place_m, middle)))
+    reflector->sight = *sight;
+}
+
+// Counts one more pixel for the object of a triangle, where a ray of a wave meets it.
+static void reflector_count(Reflector *reflectors, const Frame *frame, const uint32_t *starts, const SeenWave *wave,
+                            uint32_t ray)
+{
+  const uint32_t triangle = wave->ids[ray];
+  const Scene *scene = frame->scene->source;
+  uint32_t object = object_of_triangle(starts, scene->object_count, triangle);
+  const Mesh *mesh = &scene->meshes[scene->objects[object].mesh];
+  uint32_t within = triangle - starts[object], p = 0;
+  while (p < mesh->primitive_count && within >= mesh->primitives[p].triangle_count)
+    within -= mesh->primitives[p++].triangle_count;
+  if (p == mesh->primitive_count) return;
+  const Material *material = &scene->materials[mesh->primitives[p].material];
+  Reflector *reflector = &reflectors[object];
+  reflector->object = object;
+  if (!material_is_mirror(material)) {
+    const float roughness = roughness_of(material, frame->scene);
+    if (!frame->request.plan.rough_by_maps || reflects_nothing(material)) return;
+    if (roughness > frame->request.plan.max_roughness) return;
+    const RoughSight sight = seen_sight(wave, ray);
+    reflector_see_rough(reflector, object, roughness, &sight);
+    return;
   }
+  MirrorPlane plane;
+  if (plane_of_triangle(&plane, scene, object, &mesh->primitives[p], within)) {
+    Side *side = reflector->sides, *end = side + SIDES_MOST;
+    while (side < end && side->pixels && !planes_are_one(&side->plane, &plane)) side++;
+    if (side < end && side->pixels++ == 0) side->plane = plane;
+  }
+  reflector->pixels++;
 }
 
 Status mirrors_see(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *log)
@@ -134,7 +128,8 @@ Status mirrors_see(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *l
     TRY(trace_closest(&frame->tracer, frame->device, scene, &frame->streams[0], rays, info.near_m, &frame->hits,
                       RAYS_COHERENT, "look for reflectors", log));
     TRY(wave_read(&seen, frame, rays, log));
-    wave_count(reflectors, frame, &seen, rays, starts);
+    for (uint32_t i = 0; i < rays; i++)
+      if (seen.ids[i] != HIT_NONE) reflector_count(reflectors, frame, starts, &seen, i);
   }
 
 done:

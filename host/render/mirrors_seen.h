@@ -33,6 +33,9 @@ typedef struct Reflector {
 // The side of which most is seen.
 const Side *reflector_side(const Reflector *reflector);
 
+// Counts one more pixel that shows a rough surface of the object.
+void reflector_see_rough(Reflector *reflector, uint32_t object, float roughness, const RoughSight *sight);
+
 // Fills reflectors[object] for all objects, [object_count], which are zero before, by tracing the picture at no more
 // than SIGHT_PX pixels a side; *factor is how many pixels of the picture each of its pixels is wide.
 Status mirrors_see(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *log);

@@ -96,6 +96,12 @@ CubeInfo reflector_cube(const Frame *frame, uint32_t object, double pixels)
   return cube_fit(frame->scene, object, size_choose(&frame->request.plan.cubes, pixels), NULL);
 }
 
+CubeInfo reflector_rough_cube(const Frame *frame, const Reflector *reflector, uint32_t factor)
+{
+  return cube_fit(frame->scene, reflector->object, rough_size_choose(&frame->request.plan.cubes, reflector, factor),
+                  &reflector->sight);
+}
+
 // Is a cube marched through?
 static bool marches(const Plan *plan)
 {
