@@ -65,7 +65,7 @@ static inline float4 cube_prefiltered(global const CubeInfo *cube, global const 
   uint last = cube_level_count(cube->size) - 1;
   float level = max(-2 * log2(max(roughness, 1e-6f)), 0.0f), whole = min(floor(level), (float)last);
   uint k = (uint)whole;
-  float share = k < last ? level - whole : 1 - roughness * exp2(0.5f * whole);
+  float share = k < last ? level - whole : 1 - roughness * roughness * exp2(whole);
   float3 unit = normalize(direction);
   CubePlace place =
       faces_place(cube_level_size(k, cube->size), cube->first_level + cube_level_first(k, cube->size), unit);

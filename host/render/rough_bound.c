@@ -91,7 +91,7 @@ static double levels_mean(double mean[3], double error[3], const RoughProbe *pro
   const uint32_t last = cube_level_count(size) - 1;
   const double level = fmax(-log2(fmin(lobe->alpha, 1)), 0), whole = fmin(floor(level), last);
   const bool beyond = level >= last;
-  const double share = beyond ? 1 - sqrt(lobe->alpha / exp2(-whole)) : level - whole;
+  const double share = beyond ? 1 - lobe->alpha / exp2(-whole) : level - whole;
   const double texel = 0.5 * cube_texel_rad(size);
   double coarse[3], fine[3], coarse_error[3], fine_error[3];
   double alphas[2] = {exp2(-whole), beyond ? 0 : exp2(-whole - 1)};
@@ -101,7 +101,7 @@ static double levels_mean(double mean[3], double error[3], const RoughProbe *pro
     mean[c] = coarse[c] + share * (fine[c] - coarse[c]);
     error[c] = coarse_error[c] + share * (fine_error[c] - coarse_error[c]);
   }
-  return share < 0.5 ? worth : other;
+  return share < 1 - 1e-3 ? fmin(worth, other) : other;
 }
 
 // The sample next to the lobe's axis.
