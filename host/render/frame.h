@@ -54,6 +54,7 @@ enum { FRAME_STREAMS = 64 };
 typedef struct ReflectorSummary {
   uint32_t visible;                // to the camera
   uint32_t rough;                  // of these, those of which no mirror is seen
+  uint32_t levels;                 // of all maps: prefiltered ones
   uint32_t left_out;               // of all, without a map for want of memory
   uint32_t flat, without_gain;     // without one for hybrid reflections: flat, or rays are quicker
   double rays_ms, hybrid_ms;       // predicted for those that are not flat (plan/reflection_cost.h)

@@ -176,6 +176,7 @@ static bool cube_add(CubeRoom *room, ReflectorSummary *summary, const Frame *fra
   room->texels += texels;
   room->level_texels += levels;
   summary->bytes += bytes;
+  summary->levels += use.rough ? cube_level_count(use.size) : 0;
   if (summary->least_px == 0 || use.size < summary->least_px) summary->least_px = use.size;
   if (use.size > summary->greatest_px) summary->greatest_px = use.size;
   return true;
