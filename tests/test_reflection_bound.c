@@ -134,8 +134,8 @@ static int double_compare(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-// Fails unless bounds cover all of `count` cases but for 1 % of them, and one; and are within 4 times the measured error
-// in the median of the `some` that have one.
+// Fails unless bounds cover all of `count` cases but for 1 % of them, and one; and are within 4 times the measured
+// error in the median of the `some` that have one.
 static void ratios_report(const char *name, double *ratios, int some, int missed, int count)
 {
   qsort(ratios, (size_t)some, sizeof *ratios, double_compare);

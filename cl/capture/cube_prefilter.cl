@@ -1,8 +1,8 @@
 // Prefiltered levels of a cube map: what rough surfaces reflect of it (shared/cube.h).
 //
 //   cube_halve       an image of the cube half as large as another: four bilinear samples a texel, about its direction
-//   cube_prefilter   a level: about each texel's direction n, the mean over reflections at GGX normals about n, weighted
-//                    by n.l, the eye at n. Each sample reads an image as coarse as its neighbours are far
+//   cube_prefilter   a level: about each texel's direction n, the mean over reflections at GGX normals about n,
+//                    weighted by n.l, the eye at n. Each sample reads an image as coarse as its neighbours are far
 //
 //   in    texels          the cube's; from_cube 1: images are halved from these
 //         images          those halved so far: sizes size >> 1, size >> 2, ... one after the other
@@ -10,10 +10,10 @@
 //   out   images, levels
 //
 //   Cost  four texels a sample: 64 bytes.
-//   A texel's value is a function of its direction, so that faces that meet have the same texels on their edges (but for
-//   rounding); samples are the same for all of them.
-//   From  Karis, "Real Shading in Unreal Engine 4", 2013; Colbert, Krivanek, "GPU-Based Importance Sampling", GPU Gems
-//         3, 2007 (the coarser images).
+//   A texel's value is a function of its direction, so that faces that meet have the same texels on their edges (but
+//   for rounding); samples are the same for all of them.
+//   From  Karis, "Real Shading in Unreal Engine 4", 2013; Colbert, Krivanek, "GPU-Based Importance Sampling", GPU
+//         Gems 3, 2007 (the coarser images).
 
 #include "lib/cube.cl"
 #include "lib/lanes.cl"

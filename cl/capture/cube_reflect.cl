@@ -26,11 +26,11 @@
 //   REFLECT_BY_IMPOSTOR     what it shows where the ray goes behind the surface that the cube saw. Cost, and which rays
 //                           are left: lib/impostor.cl.
 //
-//   What a rough surface reflects comes as one ray about its lobe's axis, which is never left: it sees the cube's levels,
-//   where the axis ends by the method, as rough as the lobe is wide from the cube's centre: alpha x (way of the ray) /
-//   (distance from the centre), for what is near is seen sharper. Where the impostor cannot tell, the axis ends at the
-//   mean distances that the levels show. Rays that start outside the box see the cube as if infinitely far away, those
-//   without a cube the environment's levels.
+//   What a rough surface reflects comes as one ray about its lobe's axis, which is never left: it sees the cube's
+//   levels, where the axis ends by the method, as rough as the lobe is wide from the cube's centre: alpha x (way of the
+//   ray) / (distance from the centre), for what is near is seen sharper. Where the impostor cannot tell, the axis ends
+//   at the mean distances that the levels show. Rays that start outside the box see the cube as if infinitely far away,
+//   those without a cube the environment's levels.
 //
 //   REFLECT_BY_HYBRID       the same where the picture would not be off by more than what is allowed (cube_doubt.cl).
 //                           Elsewhere the exact hit on one of the triangles that the four texels name, if there is one

@@ -57,8 +57,8 @@ static inline float4 cube_sample(global const float4 *texels, CubePlace place)
   return above + (below - above) * place.down;
 }
 
-// Radiance, and 1 / distance, about a direction as a surface of that roughness reflects them; between the last level and
-// the cube itself for less than the last's.
+// Radiance, and 1 / distance, about a direction as a surface of that roughness reflects them; between the last level
+// and the cube itself for less than the last's.
 static inline float4 cube_prefiltered(global const CubeInfo *cube, global const float4 *texels,
                                       global const float4 *levels, float3 direction, float roughness)
 {

@@ -22,16 +22,16 @@ typedef struct CubeReflect {
   uint64_t looked_up, left, shaded;  // rays so far: asked, left to be traced, and to be shaded alone
 } CubeReflect;
 
-// The levels of all cubes are `level_texels`. With `marched` there are hull and cells, with `doubted` doubts and names. `cubes` and `cube_of_object` may be NULL
-// where there are none. The texels are zero.
+// The levels of all cubes are `level_texels`. With `marched` there are hull and cells, with `doubted` doubts and names.
+// `cubes` and `cube_of_object` may be NULL where there are none. The texels are zero.
 Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
                          uint32_t cube_count, const uint32_t *cube_of_object, size_t level_texels, bool marched,
                          bool doubted, Log *log);
 void cube_reflect_free(CubeReflect *reflect);
 
 // Adds to radiance[slot] what the method's map shows of rays [0, count) and copies the rays that it leaves to `left`
-// and to `known`. The method is one of those that use maps; of those with lists it is the impostor for rough surfaces, and
-// all other rays are left as they are.
+// and to `known`. The method is one of those that use maps; of those with lists it is the impostor for rough surfaces,
+// and all other rays are left as they are.
 Status cube_reflect(CubeReflect *reflect, Device *device, const DeviceScene *scene, ReflectionMethod method,
                     const RayStream *rays, uint32_t count, const DeviceBuffer *radiance, const RayStream *left,
                     const KnownHits *known, LeftRays *out, Log *log);

@@ -30,8 +30,8 @@ typedef struct BoundSums {
   double shown, wrong[BOUND_RUNGS], squares[BOUND_RUNGS];
 } BoundSums;
 
-// From the cube's centre to where a ray leaves its box; the ray's direction where it starts outside. `at` is relative to
-// the centre.
+// From the cube's centre to where a ray leaves its box; the ray's direction where it starts outside. `at` is relative
+// to the centre.
 Vec3 cube_box_end(const CubeInfo *cube, Vec3 at, Vec3 direction);
 
 // What a linear value is on a display.

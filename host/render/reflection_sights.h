@@ -20,8 +20,8 @@ typedef struct ReflectionSight {
   float radiance[4];
 } ReflectionSight;
 
-// By slot of one wave that holds all of the picture. With `axes` maps are asked, those of rough surfaces' lobes; rays are
-// then kept before.
+// By slot of one wave that holds all of the picture. With `axes` maps are asked, those of rough surfaces' lobes; rays
+// are then kept before.
 typedef struct ReflectionSights {
   ReflectionSight *sights;  // [capacity]
   uint32_t capacity;

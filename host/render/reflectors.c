@@ -16,8 +16,8 @@
 // Of what hybrid reflections allow a texel to be off: half of what is seen.
 #define HYBRID_ALLOWED (0.5f / 255)
 
-// Where a rough reflector's cube is: what is flat, of its reach, or large, of the scene's diagonal, has it before what is
-// seen of it, and how far.
+// Where a rough reflector's cube is: what is flat, of its reach, or large, of the scene's diagonal, has it before what
+// is seen of it, and how far.
 #define ROUGH_FLAT 0.1
 #define ROUGH_LARGE 0.25
 #define ROUGH_CENTER_OFF 0.15
@@ -55,9 +55,9 @@ static uint32_t rough_size_choose(const CubeOptions *options, const Reflector *r
   return size;
 }
 
-// From where a rough surface is reflected in all it shows: what stands on the middle of a floor would hide the room from
-// there, and so would most things about the middle of something large. Nothing lies between the camera and what it sees,
-// from which the centre is as far as a share of the reflector's reach, at most half of the way.
+// From where a rough surface is reflected in all it shows: what stands on the middle of a floor would hide the room
+// from there, and so would most things about the middle of something large. Nothing lies between the camera and what it
+// sees, from which the centre is as far as a share of the reflector's reach, at most half of the way.
 static Vec3 rough_center(const RoughSight *sight, double reach_m)
 {
   const double way = vec3_length(sight->way_m), back = fmin(ROUGH_CENTER_OFF * reach_m, 0.5 * way);

@@ -28,5 +28,6 @@ Status reflectors_prepare(Frame *frame, Log *log);
 // The cube that an object has which covers so many of the picture's pixels; first_texel is 0.
 CubeInfo reflector_cube(const Frame *frame, uint32_t object, double pixels);
 
-// The same for an object of which rough surfaces alone are seen, of whose pixels each is `factor` of the picture's wide.
+// The same for an object of which rough surfaces alone are seen, of whose pixels each is `factor` of the picture's
+// wide.
 CubeInfo reflector_rough_cube(const Frame *frame, const Reflector *reflector, uint32_t factor);

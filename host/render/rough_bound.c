@@ -8,8 +8,7 @@
 #include "render/reflectors.h"
 #include "shared/stream.h"
 
-// Half of what is seen: the rest is for what so few samples do not tell.
-static const double threshold = 1.0 / 255;
+static const double threshold = 2.0 / 255;
 
 static Vec3 wide(Float3 v) { return vec3((double)v.x, (double)v.y, (double)v.z); }
 
