@@ -14,6 +14,8 @@ static FrameRequest probe_request(const FrameRequest *request)
   probing.aovs = AOV_SET_NONE;
   probing.plan.environment_light = ENVIRONMENT_LIGHT_NONE;
   probing.plan.reflected_rays = mirrors;
+  probing.plan.reflections = probing.plan.deep_reflections = REFLECTIONS_RAYS;  // no map is there yet
+  probing.plan.rough_by_maps = false;
   probing.plan.max_depth = mirrors ? 1 : 0;
   return probing;
 }
