@@ -36,6 +36,27 @@ static void a_mirror_in_the_sky_is_the_same_by_environment_and_by_rays(void **st
 
 // Bilinear interpolation is off by s^2 / 8 times the second derivative along each of two axes; a texel of n a face is
 // at most 2 / (n - 1) radians wide. The sky's image is off by as much at its own, much smaller texels.
+// Hybrid shadows look for receivers, in mirrors too, before there is any map.
+static void shadows_may_be_hybrid_where_mirrors_show_the_environment(void **state)
+{
+  Scene scene = scene_empty();
+  mirrors_sky(&scene);
+  scene_add_sphere(&scene, mirrors_material(&scene, false), vec3(0, 0, 0), 1, 24);
+  scene_add_quad(&scene, scene_add_material(&scene, material_plain(vec3(0.5, 0.5, 0.5), 0, 0.5)), vec3(-3, -1, -3),
+                 vec3(0, 0, 6), vec3(6, 0, 0));
+  scene_add_light(&scene, light_directional(vec3(-1, -2, -1), 3));
+  Camera camera = camera_perspective(vec3(1, 2, 4), vec3(0, 0, 0), 0.6);
+  PictureRequest request = mirrors_request(48, REFLECTIONS_ENVIRONMENT, 0);
+  Picture rays = picture_render(&scene, &camera, &request);
+  request.settings.shadows = SHADOWS_HYBRID;
+  Picture hybrid = picture_render(&scene, &camera, &request);
+  picture_assert_signal(&rays, 0.5);
+  picture_assert_same(&rays, &hybrid);
+  picture_free(&rays);
+  picture_free(&hybrid);
+  scene_free(&scene);
+}
+
 static void a_cube_of_the_sky_is_off_by_no_more_than_interpolation(void **state)
 {
   Scene scene = scene_empty();
@@ -349,6 +370,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_mirror_in_the_sky_is_the_same_by_environment_and_by_rays),
+      cmocka_unit_test(shadows_may_be_hybrid_where_mirrors_show_the_environment),
       cmocka_unit_test(a_cube_of_the_sky_is_off_by_no_more_than_interpolation),
       cmocka_unit_test(faces_meet_without_a_seam),
       cmocka_unit_test(a_reflector_as_small_as_a_point_is_exact),

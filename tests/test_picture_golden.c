@@ -135,6 +135,14 @@ static void the_room_looks_as_it_did(void **state) { shipped_check("room", "pbr"
 static void the_room_looks_as_it_did_in_phong(void **state) { shipped_check("room", "phong"); }
 
 static void the_chrome_looks_as_it_did(void **state) { shipped_check("chrome", "pbr"); }
+static void the_room_looks_as_it_did_by_maps(void **state)
+{
+  const char *path = cli_path("rough.png");
+  render(path, "scenes/room.glb", "--reflections", "impostor", "160x90");
+  helper_start();
+  golden_check("room_impostor", path);
+}
+
 static void the_colonnade_looks_as_it_did(void **state) { shipped_check("colonnade", "phong"); }
 
 // ---- AOVs -----------------------------------------------------------------------------------------------------------
@@ -203,6 +211,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_teardown(the_room_looks_as_it_did, helper_stop),
       cmocka_unit_test_teardown(the_room_looks_as_it_did_in_phong, helper_stop),
+      cmocka_unit_test_teardown(the_room_looks_as_it_did_by_maps, helper_stop),
       cmocka_unit_test_teardown(the_chrome_looks_as_it_did, helper_stop),
       cmocka_unit_test_teardown(the_colonnade_looks_as_it_did, helper_stop),
       cmocka_unit_test_teardown(the_aovs_of_the_chrome_look_as_they_did, helper_stop),

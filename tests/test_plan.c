@@ -90,6 +90,26 @@ static void what_the_scene_lacks_is_left_out(void **state)
   assert_true(!plan_make(&settings, &all).reflected_rays && plan_make(&settings, &all).max_roughness == 0);
 }
 
+// Prefiltered cubes answer for rough surfaces, at however few samples and without samples of lobes; other maps do not.
+static void cubes_answer_for_rough_surfaces(void **state)
+{
+  for (ReflectionMethod method = REFLECTIONS_ENVIRONMENT; method <= REFLECTIONS_RAYS; method++) {
+    RenderSettings settings = settings_of(1);
+    settings.reflections = method;
+    bool cubes = method != REFLECTIONS_ENVIRONMENT && method != REFLECTIONS_PLANAR && method < REFLECTIONS_HYBRID;
+    Plan plan = plan_make(&settings, &all);
+    assert_true(plan.rough_by_maps == cubes && plan.max_roughness == (cubes ? 1 : 0) && !plan.lobes);
+    settings.max_roughness = 0.5f;
+    plan = plan_make(&settings, &all);
+    assert_true(plan.rough_by_maps == cubes && plan.max_roughness == 0.5f && plan_samples_lobes(&plan) == !cubes);
+    settings.max_roughness = 0.2f;
+    assert_true(!plan_make(&settings, &all).rough_by_maps);
+    settings.max_roughness = MAX_ROUGHNESS_AUTO;
+    settings.lighting = LIGHTING_PHONG;
+    assert_true(!plan_make(&settings, &all).rough_by_maps);
+  }
+}
+
 // Deeper bounces go by the first's method unless told otherwise; with none of them one bounce is all.
 static void deeper_bounces_have_a_method_of_their_own(void **state)
 {
@@ -97,7 +117,7 @@ static void deeper_bounces_have_a_method_of_their_own(void **state)
   settings.reflections = REFLECTIONS_CUBE;
   Plan plan = plan_make(&settings, &all);
   assert_true(plan.reflections == REFLECTIONS_CUBE && plan.deep_reflections == REFLECTIONS_CUBE);
-  assert_true(plan.max_depth == 8 && plan.max_roughness == 0 && plan_uses_cubes(&plan));
+  assert_true(plan.max_depth == 8 && plan.rough_by_maps && plan_uses_cubes(&plan));
   settings.deep_reflections = REFLECTIONS_RAYS;
   plan = plan_make(&settings, &all);
   assert_int_equal(plan_reflections(&plan, 1), REFLECTIONS_CUBE);
@@ -116,6 +136,7 @@ static void deeper_bounces_have_a_method_of_their_own(void **state)
   }
   SceneFacts matt = {.least_roughness = 1};
   settings.reflections = settings.deep_reflections = REFLECTIONS_IMPOSTOR;
+  settings.max_roughness = 0;
   plan = plan_make(&settings, &matt);
   assert_true(plan.reflections == REFLECTIONS_NONE && !plan_uses_cubes(&plan));
 }
@@ -200,6 +221,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(hybrid_reflections_are_rays_where_chance_rules),
+      cmocka_unit_test(cubes_answer_for_rough_surfaces),
       cmocka_unit_test(deeper_bounces_have_a_method_of_their_own),
       cmocka_unit_test(hybrid_shadows_are_chosen_where_they_gain),
       cmocka_unit_test(shadow_costs_are_about_those_measured),

@@ -13,14 +13,14 @@ static void the_environment_states_its_error(void **state) { bound_sweep(REFLECT
 static void cubes_state_their_error(void **state) { bound_sweep(REFLECTIONS_CUBE, 1, 12); }
 static void boxes_state_their_error(void **state) { bound_sweep(REFLECTIONS_BOX, 1, 12); }
 static void impostors_state_their_error(void **state) { bound_sweep(REFLECTIONS_IMPOSTOR, 1, 12); }
+static void rough_surfaces_state_their_error(void **state) { bound_sweep_rough(6); }
 
 int main(void)
 {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(the_environment_states_its_error),
-      cmocka_unit_test(cubes_state_their_error),
-      cmocka_unit_test(boxes_state_their_error),
-      cmocka_unit_test(impostors_state_their_error),
+      cmocka_unit_test(the_environment_states_its_error), cmocka_unit_test(cubes_state_their_error),
+      cmocka_unit_test(boxes_state_their_error),          cmocka_unit_test(impostors_state_their_error),
+      cmocka_unit_test(rough_surfaces_state_their_error),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }

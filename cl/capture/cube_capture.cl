@@ -26,15 +26,6 @@ static inline uint2 cube_tiles(constant CubeInfo *cube)
   return (uint2)(cube->size / TILE_SIZE, CUBE_FACES * (cube->size / TILE_SIZE));
 }
 
-// The direction of texel (x, y) of the tall picture.
-static inline float3 texel_direction(constant CubeInfo *cube, uint2 pixel)
-{
-  uint face = pixel.y / cube->size;
-  float step = 2.0f / (float)(cube->size - 1);
-  float a = (float)pixel.x * step - 1, b = (float)(pixel.y - face * cube->size) * step - 1, s = face & 1 ? -1 : 1;
-  return face < 2 ? (float3)(s, a, b) : face < 4 ? (float3)(b, s, a) : (float3)(a, b, s);
-}
-
 kernel void cube_rays(constant CubeInfo *cube, uint first_tile, uint tile_count, uint ray_count, float inward_m,
                       global float *rays, uint capacity, global uint *slots)
 {
@@ -42,7 +33,7 @@ kernel void cube_rays(constant CubeInfo *cube, uint first_tile, uint tile_count,
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint slot = begin; slot < end; slot++) {
     uint tile = first_tile + slot / TILE_PIXELS % tile_count;
-    float3 direction = texel_direction(cube, tile_pixel(tile, slot % TILE_PIXELS, cube_tiles(cube)));
+    float3 direction = face_direction(cube->size, tile_pixel(tile, slot % TILE_PIXELS, cube_tiles(cube)));
     float3 origin = (float3)(cube->center.x, cube->center.y, cube->center.z) + direction * inward_m;
     capture_ray_store(origin, -direction, inward_m, rays, capacity, slots, slot);
   }

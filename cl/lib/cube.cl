@@ -11,27 +11,41 @@ typedef struct CubePlace {
   float major;         // the direction's component along the face's axis, its magnitude
 } CubePlace;
 
-// Where a direction of any length but 0 points.
-static inline CubePlace cube_place(global const CubeInfo *cube, float3 d)
+// The direction of texel (x, y) of the tall picture of faces of size x size texels, its longest component 1.
+static inline float3 face_direction(uint size, uint2 pixel)
+{
+  uint face = pixel.y / size;
+  float step = 2.0f / (float)(size - 1);
+  float a = (float)pixel.x * step - 1, b = (float)(pixel.y - face * size) * step - 1, s = face & 1 ? -1 : 1;
+  return face < 2 ? (float3)(s, a, b) : face < 4 ? (float3)(b, s, a) : (float3)(a, b, s);
+}
+
+// Where a direction of any length but 0 points, on faces of size x size texels that begin at first_texel.
+static inline CubePlace faces_place(uint size_px, uint first_texel, float3 d)
 {
   float3 size = fabs(d);
   bool along_x = size.x >= size.y && size.x >= size.z, along_y = !along_x && size.y >= size.z;
   float major = along_x ? d.x : along_y ? d.y : d.z;
   float a = along_x ? d.y : along_y ? d.z : d.x, b = along_x ? d.z : along_y ? d.x : d.y;
   uint face = (along_x ? 0 : along_y ? 2 : 4) + (major < 0);
-  float half_last = 0.5f * (float)(cube->size - 1);
+  float half_last = 0.5f * (float)(size_px - 1);
   CubePlace place;
   place.major = fabs(major);
   float x = (a / place.major + 1) * half_last, y = (b / place.major + 1) * half_last;
-  uint column = min((uint)max(x, 0.0f), cube->size - 2), row = min((uint)max(y, 0.0f), cube->size - 2);
+  uint column = min((uint)max(x, 0.0f), size_px - 2), row = min((uint)max(y, 0.0f), size_px - 2);
   place.across = x - (float)column;
   place.down = y - (float)row;
-  place.size = cube->size;
-  uint across_cells = cube->size / CUBE_CELL;
-  place.cell = cube->first_texel / (CUBE_CELL * CUBE_CELL) + (face * across_cells + row / CUBE_CELL) * across_cells +
+  place.size = size_px;
+  uint across_cells = size_px / CUBE_CELL;
+  place.cell = first_texel / (CUBE_CELL * CUBE_CELL) + (face * across_cells + row / CUBE_CELL) * across_cells +
                column / CUBE_CELL;
-  place.texel = cube->first_texel + (face * cube->size + row) * cube->size + column;
+  place.texel = first_texel + (face * size_px + row) * size_px + column;
   return place;
+}
+
+static inline CubePlace cube_place(global const CubeInfo *cube, float3 d)
+{
+  return faces_place(cube->size, cube->first_texel, d);
 }
 
 // The four texels' radiance and closeness, bilinear.
@@ -41,6 +55,31 @@ static inline float4 cube_sample(global const float4 *texels, CubePlace place)
   float4 above = upper[0] + (upper[1] - upper[0]) * place.across;
   float4 below = lower[0] + (lower[1] - lower[0]) * place.across;
   return above + (below - above) * place.down;
+}
+
+// Radiance, and 1 / distance, about a direction as a surface of that roughness reflects them; between the last level
+// and the cube itself for less than the last's.
+static inline float4 cube_prefiltered(global const CubeInfo *cube, global const float4 *texels,
+                                      global const float4 *levels, float3 direction, float roughness)
+{
+  uint last = cube_level_count(cube->size) - 1;
+  float level = max(-2 * log2(max(roughness, 1e-6f)), 0.0f), whole = min(floor(level), (float)last);
+  uint k = (uint)whole;
+  float share = k < last ? level - whole : 1 - roughness * roughness * exp2(whole);
+  float3 unit = normalize(direction);
+  CubePlace place =
+      faces_place(cube_level_size(k, cube->size), cube->first_level + cube_level_first(k, cube->size), unit);
+  float4 value = cube_sample(levels, place), next;
+  if (k < last) {
+    place =
+        faces_place(cube_level_size(k + 1, cube->size), cube->first_level + cube_level_first(k + 1, cube->size), unit);
+    next = cube_sample(levels, place);
+  } else {
+    place = cube_place(cube, unit);
+    next = cube_sample(texels, place);
+    next.w *= place.major;
+  }
+  return mix(value, next, share);
 }
 
 // Closeness alone: bilinear, and the least and the most of the four texels.

@@ -8,14 +8,21 @@
 typedef struct ReflectorCubes {
   global const uint *object_starts;
   uint object_count;
-  global const uint *cube_of_object;  // CUBE_NONE where an object has none
+  global const uint *cube_of_object;  // CUBE_NONE where an object has none; with CUBE_FOR_ROUGH
 } ReflectorCubes;
 
-// The cube of the reflector on which a ray starts that a mirror sent (RAY_FROM_MIRROR), or CUBE_NONE.
-static inline uint reflector_cube(ReflectorCubes cubes, uint source)
+// The cube of the reflector on which a ray starts that says so (RAY_FROM_MIRROR), with CUBE_FOR_ROUGH, or CUBE_NONE.
+static inline uint reflector_any_cube(ReflectorCubes cubes, uint source)
 {
   uint triangle = source & ~RAY_FROM_MIRROR;
   return cubes.cube_of_object[object_of_triangle(cubes.object_starts, cubes.object_count, triangle)];
+}
+
+// The same for a ray that a mirror sent: not those that rough surfaces alone ask.
+static inline uint reflector_cube(ReflectorCubes cubes, uint source)
+{
+  uint number = reflector_any_cube(cubes, source);
+  return number & CUBE_FOR_ROUGH ? CUBE_NONE : number;
 }
 
 static inline float3 lane_float3(Vec3L v, uint lane)
@@ -40,6 +47,7 @@ static inline CubeRay cube_ray(global const CubeInfo *cube, float3 origin, float
 typedef struct ReflectedRays {
   UintL slot, source;       // source: of rays of mirrors, RAY_FROM_MIRROR and the triangle
   FloatL density;           // for rays that are left
+  FloatL reach;             // t_max; up to 1: the roughness of a surface that asks about its lobe's axis
   IntL active, mirrored;    // mirrored: those of mirrors
   Vec3L origin, direction;  // in the length that t counts in
   Vec3L unit, weight;       // direction of unit length
@@ -52,7 +60,8 @@ static inline ReflectedRays reflected_load(global const float *rays, global cons
   FloatL density = LANE_LOAD(rays + RAY_DENSITY * capacity, first);
   r.slot = LANE_LOAD(slots, first);
   r.source = LANE_AS_UINT(density);
-  r.active = stream_load_t_max(rays, capacity, first, ray_count) > FLOATL(0);
+  r.reach = stream_load_t_max(rays, capacity, first, ray_count);
+  r.active = r.reach > FLOATL(0);
   r.mirrored = r.active & ((r.source & UINTL(RAY_FROM_MIRROR)) != UINTL(0));
   r.density = r.mirrored ? FLOATL(INFINITY) : density;
   r.origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);

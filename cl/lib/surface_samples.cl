@@ -66,6 +66,7 @@ typedef struct SampledSurface {
   const Surface *surface;
   IntL lit;       // lanes that light can reach
   IntL reflects;  // lanes whose specular lobe sees the scene
+  IntL by_map;    // of these, lanes for which maps answer: no samples of it
   Vec3L origin;
   Vec3L view;    // to the eye, turned to the side of the normal
   Vec3L weight;  // throughput
@@ -111,7 +112,8 @@ static inline void light_sample_spawn(const SampledSurface *at, constant ShadeIn
   Vec3L arrives = scale3(mul3(light.radiance, at->weight), terms.nl);
   Vec3L diffuse = mul3(terms.diffuse, scale3(arrives, s->occlusion / (diffuse_density + light.density)));
   Vec3L specular = mul3(terms.specular, scale3(arrives, one / (specular_density + light.density)));
-  IntL apart = reached & at->reflects;
+  specular = select3(at->by_map, vec3l(zero, zero, zero), specular);
+  IntL apart = reached & at->reflects & !at->by_map;
   FloatL far = FLOATL(INFINITY);
   if (shade->environment_light != ENVIRONMENT_BY_SAMPLES) {
     environment_ray_append(at, reached, light.direction, far, specular, shade->environment_open, shade, to);

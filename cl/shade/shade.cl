@@ -17,6 +17,8 @@
 //   A reflected ray that an interpolated normal would send into the triangle is mirrored at its plane instead.
 //   HAS_LOBES: rough surfaces reflect, or the environment's light is sampled (lib/surface_samples.cl);
 //   HAS_OCCLUSION_RAYS: it is weakened by ambient occlusion.
+//   HAS_ROUGH_MAPS: rough surfaces send one ray about which maps are asked (capture/cube_reflect.cl): its weight is the
+//   lobe's albedo, its t_max the roughness.
 //   A ray's radiance is added slot by slot in the order of launches: no atomics, the same sum on every run.
 //   Streams are packed by one atomic per LANES rays; their order varies from run to run, the picture does not.
 
@@ -193,7 +195,8 @@ static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, Flo
 #ifdef HAS_LOBES
   bool sampled = shade->environment_light == ENVIRONMENT_BY_SAMPLES;
   at->to_specular = sampled ? specular_share(&at->surface->reflectance, nv) : FLOATL(1);
-  if (!sampled) at->lit = at->reflects;
+  at->to_specular = at->by_map ? FLOATL(0) : at->to_specular;
+  if (!sampled) at->lit = at->reflects & !at->by_map;
   if (!any_lane(at->lit)) return;
   FloatL below = min_lane(dot3(at->surface->normal, to_eye), FLOATL(0));
   at->view = sub3(to_eye, scale3(at->surface->normal, FLOATL(2) * below));
@@ -304,11 +307,21 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
 #endif
 
     IntL lit = hit & !s.unlit;
-    SampledSurface sampled = {
-        .surface = &s, .lit = lit, .reflects = INTL(0), .origin = origin, .weight = weight, .slot = slot};
+    SampledSurface sampled = {.surface = &s,
+                              .lit = lit,
+                              .reflects = INTL(0),
+                              .by_map = INTL(0),
+                              .origin = origin,
+                              .weight = weight,
+                              .slot = slot};
 #ifdef HAS_LOBES
     if (shade->reflect)
       sampled.reflects = lit & !s.reflectance.mirror & (s.reflectance.roughness <= FLOATL(shade->max_roughness));
+#endif
+#ifdef HAS_ROUGH_MAPS
+    if (shade->reflect)
+      sampled.by_map = lit & !s.reflectance.mirror & (s.reflectance.roughness <= FLOATL(shade->map_roughness));
+    sampled.reflects = sampled.reflects | sampled.by_map;
 #endif
     if (!begins) {
       Sum before = radiance_load(radiance, slot, active);
@@ -374,9 +387,18 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
       mirrored = select3(dot3(mirrored, s.geometric) > zero, mirrored, mirror3(to_eye, s.geometric));
       IntL spawned = lit & s.reflectance.mirror & (max_component3(onward) > FLOATL(shade->min_weight));
       FloatL source = shade->receivers ? LANE_AS_FLOAT(id | UINTL(RAY_FROM_MIRROR)) : FLOATL(INFINITY);
-      stream_append_path(spawned, origin, mirrored, FLOATL(INFINITY), onward, slot,
-                         STREAMS_HAVE_DENSITY || shade->receivers, source, reflected_rays, capacity, reflected_slots,
-                         &counts[STREAM_COUNT_REFLECTED]);
+      FloatL reach = FLOATL(INFINITY);
+#ifdef HAS_ROUGH_MAPS
+      if (any_lane(sampled.by_map)) {
+        Vec3L albedo = mul3(specular_albedo_fit(&s.reflectance, nv), weight), axis = lobe_axis(&s, to_eye);
+        mirrored = select3(sampled.by_map & (dot3(axis, s.geometric) > zero), axis, mirrored);
+        onward = select3(sampled.by_map, albedo, onward);
+        spawned = spawned | (sampled.by_map & (max_component3(albedo) > zero));
+        reach = sampled.by_map ? s.reflectance.roughness : reach;
+      }
+#endif
+      stream_append_path(spawned, origin, mirrored, reach, onward, slot, STREAMS_HAVE_DENSITY || shade->receivers,
+                         source, reflected_rays, capacity, reflected_slots, &counts[STREAM_COUNT_REFLECTED]);
     }
     environment_light_spawn(&sampled, to_eye, nv, shade, environment, environment_pixels, environment_table,
                             environment_levels, &streams);

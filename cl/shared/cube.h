@@ -18,8 +18,9 @@ typedef struct CubeInfo {
   uint first_texel;  // of its faces among those of all cubes
   uint object;       // the reflector
   float hull_least;  // least closeness of its surface: what is farther away is outside of it; INFINITY: it is convex
+  uint first_level;  // of its levels among those of all cubes; CUBE_NONE: nothing rough asks it
 } CubeInfo;
-SHARED_SIZE(CubeInfo, 56);
+SHARED_SIZE(CubeInfo, 60);
 
 // Besides, of cubes that are marched through, unless the reflector is convex: closeness of the reflector's own
 // outermost surface, CUBE_NO_HULL where it has none.
@@ -37,7 +38,42 @@ SHARED_SIZE(CubeInfo, 56);
 #define CUBE_STRIDE 4
 
 #define CUBE_TEXELS(size) (CUBE_FACES * (size) * (size))
-#define CUBE_NONE 0xffffffffu  // of an object: it has no cube
+#define CUBE_NONE 0xffffffffu       // of an object: it has no cube
+#define CUBE_FOR_ROUGH 0x80000000u  // with the cube's number: its rough surfaces alone ask it
+
+// And of cubes that rough surfaces ask: level k is what a surface of roughness 2^(-k / 2) reflects of the cube, the eye
+// at its normal (cl/capture/cube_prefilter.cl), as faces like the cube's own; the fourth is the mean of 1 / distance.
+// Level after level; three, and as many more as are coarser than the cube.
+#define CUBE_LEVELS 7
+#define CUBE_LEVEL_OWN_SIZE(k) ((k) < 2 ? 8 : (k) == 2 ? 16 : 2 << (k))
+
+static inline uint cube_level_size(uint level, uint size)
+{
+  uint own = CUBE_LEVEL_OWN_SIZE(level);
+  return own < size ? own : size;
+}
+
+static inline uint cube_level_count(uint size)
+{
+  uint count = 3;
+  while (count < CUBE_LEVELS && CUBE_LEVEL_OWN_SIZE(count) < (int)size) count++;
+  return count;
+}
+
+// Texels before a level of a cube's.
+static inline uint cube_level_first(uint level, uint size)
+{
+  uint first = 0;
+  for (uint k = 0; k < level; k++) first += CUBE_FACES * cube_level_size(k, size) * cube_level_size(k, size);
+  return first;
+}
+
+// A direction about which a level is asked: in the frame of a texel's direction, which is z; its share; and the image
+// of the cube that it reads, by halvings of one of a texel a face, to be rounded.
+typedef struct PrefilterSample {
+  float x, y, z, weight, halvings;
+} PrefilterSample;
+SHARED_SIZE(PrefilterSample, 20);
 
 // What answers reflected rays.
 #define REFLECT_BY_ENVIRONMENT 0u

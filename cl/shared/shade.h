@@ -53,8 +53,9 @@ typedef struct ShadeInfo {
   uint crop_x, crop_y;                        // as in CameraInfo
   float light_radius_m, light_sine;  // with HAS_AREA_LIGHTS: of spheres; of what directional ones subtend, halved
   uint from_camera;                  // 1: the rays are those of the camera, of which there is no stream
+  float map_roughness;               // with HAS_ROUGH_MAPS, of surfaces for whose lobe maps are asked; 0: none
 } ShadeInfo;
-SHARED_SIZE(ShadeInfo, 128);
+SHARED_SIZE(ShadeInfo, 132);
 
 // Counters of the streams that a launch appends to: shadow rays by light of the batch, reflected rays, what BLEND lets
 // through, and the environment's rays by segment; and how many shadow rays were judged, which go to no stream.

@@ -15,14 +15,14 @@ enum RayField {
   RAY_DIRECTION_X,
   RAY_DIRECTION_Y,
   RAY_DIRECTION_Z,
-  RAY_T_MAX,
+  RAY_T_MAX,     // of rays that stand for what a rough surface reflects (RAY_FROM_MIRROR): its roughness, 1 at most
   RAY_WEIGHT_R,  // camera and reflected rays: throughput; shadow rays: the radiance that arrives if nothing blocks
   RAY_WEIGHT_G,
   RAY_WEIGHT_B,
   // In streams of reflected rays, where rough surfaces reflect: the density, 1 / sr, with which the surface chose the
   // direction among those that it samples; INFINITY where it had no choice (mirrors).
-  // Where maps may answer reflected rays, of those that mirrors reflect: the bits of the id of the triangle that the
-  // ray starts on, with RAY_FROM_MIRROR.
+  // Where maps may answer reflected rays, of those that mirrors reflect, or that maps answer for rough surfaces: the
+  // bits of the id of the triangle that the ray starts on, with RAY_FROM_MIRROR.
   RAY_DENSITY,
   // In streams of shadow rays, where maps are doubted: the bits of the id of the triangle that the ray starts on.
   RAY_RECEIVER = RAY_DENSITY,

@@ -243,7 +243,8 @@ static const Option render_options[] = {
          "else sh)"},
     {"max-depth", 0, "N", option_read_u32, FIELD(settings.max_depth), .high = 1000, .help = "reflected bounces (8)"},
     {"max-roughness", 0, "R", option_read_float, FIELD(settings.max_roughness), .high = 1,
-     .help = "surfaces up to this roughness reflect; 0: mirrors alone\n(1 from 16 samples on, else 0; phong: 0)"},
+     .help = "surfaces up to this roughness reflect; 0: mirrors alone\n(1 with cube maps, which answer without "
+             "samples, and\nfrom 16 samples on, else 0; phong: 0)"},
 
     OPTION_HEADING("Machine:"),
     {"device", 0, "DEVICE", option_read_text, FIELD(device),

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/parallel.h"
+#include "device_scene/ggx_sample.h"
 #include "shared/scene.h"
 
 enum { SOURCE_WIDTH = 512, SOURCE_HEIGHT = 256, SOURCES = 8 };
@@ -90,26 +91,19 @@ typedef struct RowSample {
   float weight;   // 0: below the horizon
 } RowSample;
 
-// Points of Hammersley's set, mirrored half vectors of them, in the frame of a pixel at the polar angle theta.
+// In the frame of a pixel at the polar angle theta.
 static RowSample row_sample(const LevelsWork *work, int i, int count, double alpha, double theta)
 {
-  double x = (i + 0.5) / count, reversed = 0, digit = 0.5;
-  for (int bits = i; bits; bits >>= 1, digit /= 2) reversed += (bits & 1) * digit;
-  double phi = 2 * M_PI * reversed;
-  double cosine2 = (1 - x) / (1 + (alpha * alpha - 1) * x), cosine = sqrt(cosine2), sine = sqrt(fmax(0, 1 - cosine2));
-  double up = 2 * cosine2 - 1;
-  RowSample sample = {.weight = (float)fmax(up, 0)};
-  if (up <= 0) return sample;
-  double along = 2 * cosine * sine * cos(phi), across = 2 * cosine * sine * sin(phi);
-  double horizontal = up * sin(theta) + along * cos(theta), y = up * cos(theta) - along * sin(theta);
-  sample.turn = (float)(atan2(across, horizontal) / (2 * M_PI));
+  const GgxSample ggx = ggx_sample(i, count, alpha);
+  RowSample sample = {.weight = (float)fmax(ggx.up, 0)};
+  if (ggx.up <= 0) return sample;
+  double horizontal = ggx.up * sin(theta) + ggx.along * cos(theta), y = ggx.up * cos(theta) - ggx.along * sin(theta);
+  sample.turn = (float)(atan2(ggx.across, horizontal) / (2 * M_PI));
   sample.v = (float)(acos(fmax(-1, fmin(1, y))) / M_PI);
 
   // Solid angle of the sample over that of a pixel of the first source.
-  double denominator = cosine2 * (alpha * alpha - 1) + 1,
-         density = alpha * alpha / (4 * M_PI * denominator * denominator);
   double pixel = 2 * M_PI * M_PI / (SOURCE_WIDTH * SOURCE_HEIGHT) * fmax(sin(M_PI * sample.v), 0.5 / SOURCE_HEIGHT);
-  int level = (int)lrint(0.5 * log2(1 / (count * density) / pixel) + 0.5);
+  int level = (int)lrint(0.5 * log2(1 / (count * ggx.density) / pixel) + 0.5);
   sample.source = &work->sources[level < 0 ? 0 : level < SOURCES ? level : SOURCES - 1];
   return sample;
 }

@@ -3,7 +3,8 @@
 #include "passes/scene_args.h"
 
 Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
-                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, Log *log)
+                         uint32_t cube_count, const uint32_t *cube_of_object, size_t level_texels, bool marched,
+                         Log *log)
 {
   Status status = STATUS_OK;
   CubeReflect reflect = {.cube_count = cube_count};
@@ -20,6 +21,7 @@ Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *sc
   TRY(buffer_create(&reflect.hull, device, marched ? texels * sizeof(float) : 0, NULL, "cube maps", log));
   TRY(buffer_create(&reflect.cells, device, marched ? texels / (CUBE_CELL * CUBE_CELL) * sizeof(float) : 0, NULL,
                     "cube maps", log));
+  TRY(buffer_create(&reflect.levels, device, level_texels * sizeof(Float4), NULL, "cube map levels", log));
   TRY(buffer_create(&reflect.count, device, sizeof(uint32_t), NULL, "cube maps", log));
   *out = reflect;
   reflect = (CubeReflect){0};
@@ -37,6 +39,7 @@ void cube_reflect_free(CubeReflect *reflect)
   buffer_free(&reflect->texels);
   buffer_free(&reflect->hull);
   buffer_free(&reflect->cells);
+  buffer_free(&reflect->levels);
   buffer_free(&reflect->count);
   *reflect = (CubeReflect){0};
 }
@@ -47,6 +50,9 @@ static uint32_t map_of(ReflectionMethod method)
     case REFLECTIONS_CUBE: return REFLECT_BY_CUBE;
     case REFLECTIONS_BOX: return REFLECT_BY_BOX;
     case REFLECTIONS_IMPOSTOR: return REFLECT_BY_IMPOSTOR;
+    case REFLECTIONS_SNAPSHOT:
+    case REFLECTIONS_CANDIDATES:
+    case REFLECTIONS_MIXED: return REFLECT_BY_IMPOSTOR;
     default: return REFLECT_BY_ENVIRONMENT;
   }
 }
@@ -56,20 +62,21 @@ Status cube_reflect(CubeReflect *reflect, Device *device, const DeviceScene *sce
                     uint32_t *left_count, Log *log)
 {
   Status status = STATUS_OK;
-  uint32_t map = map_of(method);
+  const uint32_t map = map_of(method), rough_alone = reflections_use_lists(method);
   TRY(buffer_zero(device, &reflect->count, log));
   TRY(device_launch(
       device, &reflect->kernel, work_items(device, count), count,
       method == REFLECTIONS_ENVIRONMENT ? "look up the environment" : "look up cube maps",
-      ARGS(ARG(map), ARG_BUFFER(rays->rays), ARG_BUFFER(rays->slots), ARG(rays->capacity), ARG(count),
+      ARGS(ARG(map), ARG(rough_alone), ARG_BUFFER(rays->rays), ARG_BUFFER(rays->slots), ARG(rays->capacity), ARG(count),
            ARG_BUFFER(scene->object_starts), ARG(scene->object_count), ARG_BUFFER(reflect->cube_of_object),
-           ARG_BUFFER(reflect->cubes), ARG_BUFFER(reflect->texels), ARG_BUFFER(reflect->hull),
-           ARG_BUFFER(reflect->cells), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
-           ARG_BUFFER(*radiance), ARG_BUFFER(left->rays), ARG_BUFFER(left->slots), ARG_BUFFER(reflect->count)),
+           ARG(reflect->cube_count), ARG_BUFFER(reflect->cubes), ARG_BUFFER(reflect->texels), ARG_BUFFER(reflect->hull),
+           ARG_BUFFER(reflect->cells), ARG_BUFFER(reflect->levels), ARG_BUFFER(scene->environment),
+           ARG_BUFFER(scene->environment_pixels), ARG_BUFFER(reflect->environment_levels), ARG_BUFFER(*radiance),
+           ARG_BUFFER(left->rays), ARG_BUFFER(left->slots), ARG_BUFFER(reflect->count)),
       log));
   TRY(buffer_read(device, &reflect->count, left_count, sizeof *left_count, log));
-  reflect->looked_up += count;
-  reflect->left += *left_count;
+  reflect->looked_up += rough_alone ? count - *left_count : count;
+  reflect->left += rough_alone ? 0 : *left_count;
 
 done:
   return status;

@@ -8,23 +8,27 @@
 
 typedef struct CubeReflect {
   Kernel kernel;
-  DeviceBuffer cubes;           // CubeInfo, [cube_count]
-  DeviceBuffer cube_of_object;  // uint, [object_count]; CUBE_NONE
-  DeviceBuffer texels;          // Float4 (shared/cube.h), of all cubes
-  DeviceBuffer hull, cells;     // float, the same; empty where no method reads them
-  DeviceBuffer count;           // of rays that are left
+  DeviceBuffer cubes;               // CubeInfo, [cube_count]
+  DeviceBuffer cube_of_object;      // uint, [object_count]; CUBE_NONE
+  DeviceBuffer texels;              // Float4 (shared/cube.h), of all cubes
+  DeviceBuffer hull, cells;         // float, the same; empty where no method reads them
+  DeviceBuffer levels;              // Float4 (shared/cube.h), of those that rough surfaces ask
+  DeviceBuffer environment_levels;  // the shader's own (shared/scene.h); set by the caller of cube_reflect_make
+  DeviceBuffer count;               // of rays that are left
   uint32_t cube_count;
   uint64_t looked_up, left;  // rays so far: asked, and left to be traced
 } CubeReflect;
 
-// With `marched` there are hull and cells. `cubes` and `cube_of_object` may be NULL where there are none. The texels
-// are zero.
+// The levels of all cubes are `level_texels`. With `marched` there are hull and cells. `cubes` and `cube_of_object` may
+// be NULL where there are none. The texels are zero.
 Status cube_reflect_make(CubeReflect *out, Device *device, const DeviceScene *scene, const CubeInfo *cubes,
-                         uint32_t cube_count, const uint32_t *cube_of_object, bool marched, Log *log);
+                         uint32_t cube_count, const uint32_t *cube_of_object, size_t level_texels, bool marched,
+                         Log *log);
 void cube_reflect_free(CubeReflect *reflect);
 
 // Adds to radiance[slot] what the method's map shows of rays [0, count) and copies the rays that it leaves to `left`;
-// *left_count says how many. The method is one of those that use maps, but for hybrid (passes/hybrid_reflect.h).
+// *left_count says how many. The method is one of those that use maps, but for hybrid (passes/hybrid_reflect.h); of
+// those with lists it is the impostor for rough surfaces, and all other rays are left as they are.
 Status cube_reflect(CubeReflect *reflect, Device *device, const DeviceScene *scene, ReflectionMethod method,
                     const RayStream *rays, uint32_t count, const DeviceBuffer *radiance, const RayStream *left,
                     uint32_t *left_count, Log *log);

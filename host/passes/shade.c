@@ -12,15 +12,16 @@ static Status environment_prepare(Shader *shader, Device *device, const DeviceSc
   Status status = STATUS_OK;
   EnvironmentTable table = {0};
   EnvironmentLevels levels = {0};
-  if (plan->lobes && scene->environment_lights) TRY(environment_table_make(&table, &scene->source->environment, log));
+  if (plan->lobes && !plan->lobes_alone && scene->environment_lights)
+    TRY(environment_table_make(&table, &scene->source->environment, log));
   bool by_image = table.count > 0;
   if (plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED) shader->environment_segments = by_image ? 2 : 1;
   if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) shader->environment_segments = OCCLUSION_RAYS;
-  shader->environment_open = by_image && plan->max_roughness > 0;
+  shader->environment_open = by_image && plan_samples_lobes(plan);
   shader->environment_segments += shader->environment_open;
   bool harmonics =
       plan->environment_light == ENVIRONMENT_LIGHT_SH || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
-  if (harmonics && scene->environment_lights)
+  if ((harmonics || plan->rough_by_maps) && scene->environment_lights)
     TRY(environment_levels_make(&levels, &scene->source->environment, scene->least_roughness, log));
   TRY(buffer_create(&shader->environment_levels, device, levels.count * sizeof *levels.pixels, levels.pixels,
                     "environment levels", log));
@@ -40,6 +41,7 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const 
   char options[256];
   device_scene_options(scene, options, sizeof options);
   if (plan->lobes) strcat(options, "-D HAS_LOBES ");
+  if (plan->rough_by_maps) strcat(options, "-D HAS_ROUGH_MAPS ");
   if (plan->shadows == SHADOWS_AREA) strcat(options, "-D HAS_AREA_LIGHTS ");
   if (plan_uses_shadow_maps(plan) && plan->shadows != SHADOWS_HYBRID) strcat(options, "-D HAS_SHADOW_MAPS ");
   if (plan->shadows == SHADOWS_HYBRID) strcat(options, "-D HAS_SURE_MAPS ");

@@ -39,9 +39,16 @@ static float max_roughness_choose(const RenderSettings *settings, const SceneFac
 {
   float most = settings->max_roughness;
   if (settings->lighting != LIGHTING_PBR) return 0;
+  if (most < 0 && reflections_answer_lobes(settings->reflections)) most = 1;
   if (most < 0 && shows_less_than_rays(settings->reflections)) most = 0;
   if (most < 0) most = samples_pay(settings) || settings->environment_light == ENVIRONMENT_LIGHT_SAMPLED ? 1 : 0;
   return facts->least_roughness <= most ? most : 0;
+}
+
+static float exact_roughness_of(const RenderSettings *settings, const SceneFacts *facts)
+{
+  const float most = settings->max_roughness < 0 ? 1 : settings->max_roughness;
+  return settings->lighting == LIGHTING_PBR && facts->least_roughness <= most ? most : 0;
 }
 
 // Which lights have maps, with SHADOWS_HYBRID.
@@ -74,7 +81,8 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
   ShadowChoice shadows = shadows_choose(settings, facts);
   bool reflect =
       settings->reflections > REFLECTIONS_NONE && settings->max_depth > 0 && (facts->has_mirrors || max_roughness > 0);
-  bool lobes = environment_light == ENVIRONMENT_LIGHT_SAMPLED || (reflect && max_roughness > 0);
+  bool by_maps = reflect && max_roughness > 0 && reflections_answer_lobes(settings->reflections);
+  bool lobes = environment_light == ENVIRONMENT_LIGHT_SAMPLED || (reflect && max_roughness > 0 && !by_maps);
   ReflectionMethod first = reflect ? settings->reflections : REFLECTIONS_NONE;
   ReflectionMethod deep = settings->deep_reflections == REFLECTIONS_LIKE_FIRST ? first : settings->deep_reflections;
   if (!reflect) deep = REFLECTIONS_NONE;
@@ -103,6 +111,8 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
       .transmitted_rays = facts->has_blends,
       .environment_light = environment_light,
       .max_roughness = reflect ? max_roughness : 0,
+      .rough_by_maps = by_maps,
+      .exact_roughness = exact_roughness_of(settings, facts),
       .max_depth = depths,
       .ambient = settings->ambient,
   };

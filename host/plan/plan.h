@@ -35,7 +35,7 @@ typedef struct ShadowOptions {
 } ShadowOptions;
 
 // What answers the rays that mirrors reflect; cl/capture/*_reflect.cl have the errors of each. What a method says
-// itself that it cannot tell is traced, as are rays of rough surfaces.
+// itself that it cannot tell is traced, as are samples of rough surfaces' lobes.
 typedef enum ReflectionMethod {
   REFLECTIONS_LIKE_FIRST,   // of deeper bounces: the method of the first
   REFLECTIONS_NONE,         // mirrors stay dark
@@ -68,6 +68,13 @@ static inline bool reflections_use_lists(ReflectionMethod method)
 static inline bool reflections_use_maps(ReflectionMethod method)
 {
   return method == REFLECTIONS_ENVIRONMENT || reflections_use_cubes(method);
+}
+
+// Do its maps show what rough surfaces reflect, without samples (cl/capture/cube_prefilter.cl)? Hybrid reflections are
+// the picture of rays; flat mirrors have no cube.
+static inline bool reflections_answer_lobes(ReflectionMethod method)
+{
+  return reflections_use_cubes(method) && method != REFLECTIONS_HYBRID;
 }
 
 // "none", "environment", ...
@@ -124,7 +131,8 @@ typedef struct RenderSettings {
   EnvironmentLightMethod environment_light;
   uint32_t max_depth;  // reflected bounces
   // Surfaces up to it reflect, rougher ones see lights and the environment alone; pbr. MAX_ROUGHNESS_AUTO: 1 where the
-  // environment's light is sampled or from SAMPLED_FROM samples on, else 0; 0 too where maps answer reflected rays.
+  // environment's light is sampled or from SAMPLED_FROM samples on, else 0; 1 where cube maps answer for them, 0 where
+  // the environment or flat mirrors' maps answer reflected rays.
   float max_roughness;
   float ambient;  // phong
 } RenderSettings;
@@ -159,9 +167,15 @@ typedef struct Plan {
   bool transmitted_rays;  // a BLEND surface is there
   EnvironmentLightMethod environment_light;  // never AUTO
   float max_roughness;                       // 0: mirrors alone reflect
-  uint32_t max_depth;                        // 0 without reflected rays
+  bool rough_by_maps;                        // prefiltered cube maps show what rough surfaces reflect, not samples
+  float exact_roughness;                     // up to which they would reflect in the most accurate picture
+  bool lobes_alone;    // samples of lobes are not weighed against samples of the environment's image
+  uint32_t max_depth;  // 0 without reflected rays
   float ambient;
 } Plan;
+
+// Do rough surfaces reflect by samples of their lobes?
+static inline bool plan_samples_lobes(const Plan *plan) { return plan->max_roughness > 0 && !plan->rough_by_maps; }
 
 static inline bool plan_uses_shadow_maps(const Plan *plan)
 {

@@ -76,7 +76,7 @@ static ReflectionMethod reflections_of(const Frame *frame, uint32_t depth)
 
 static Coherence coherence_of(const Frame *frame, uint32_t depth)
 {
-  uint32_t coherent_bounces = frame->request.plan.max_roughness > 0 ? 1 : COHERENT_BOUNCES;
+  uint32_t coherent_bounces = plan_samples_lobes(&frame->request.plan) ? 1 : COHERENT_BOUNCES;
   return depth < coherent_bounces ? RAYS_COHERENT : RAYS_INCOHERENT;
 }
 
@@ -84,6 +84,15 @@ static Coherence coherence_of(const Frame *frame, uint32_t depth)
 static bool reflections_ask(ReflectionMethod method)
 {
   return reflections_use_maps(method) || method == REFLECTIONS_PLANAR;
+}
+
+// Up to what roughness maps answer for lobes that are reflected as the `depth`-th.
+static float roughness_of_maps(const Frame *frame, uint32_t depth)
+{
+  const Plan *plan = &frame->request.plan;
+  const ReflectionMethod method = reflections_of(frame, depth);
+  const bool axes = frame->request.sights && frame->request.sights->axes;
+  return plan->rough_by_maps && (axes || reflections_answer_lobes(method)) ? plan->max_roughness : 0;
 }
 
 ShadeInfo bounce_shade_info(const Frame *frame, const Wave *wave, const Bounce *bounce)
@@ -108,13 +117,14 @@ ShadeInfo bounce_shade_info(const Frame *frame, const Wave *wave, const Bounce *
       .from_camera = bounce->from_camera,
       .flat_background = request->flat_background,
       .background = {request->background[0], request->background[1], request->background[2]},
-      .max_roughness = plan->max_roughness,
+      .max_roughness = plan_samples_lobes(plan) ? plan->max_roughness : 0,
       .occlusion_radius_m = (float)(occlusion_reach * frame->scene->extent_m),
       .environment_segment = frame->light_segments,
       .environment_open = frame->shader.environment_segments - 1,
       .environment_table = by_image,
       .random_key = bounce->path,
       .receivers = request->sights || reflections_ask(reflections_of(frame, depth + 1)),
+      .map_roughness = roughness_of_maps(frame, depth + 1),
       .first_tile = wave->first_tile,
       .tile_count = wave->tile_count,
       .first_sample = wave->first_sample,
@@ -254,6 +264,30 @@ done:
   return status;
 }
 
+// Lists hold what is near mirrors: cubes that hold all of it answer for rough surfaces first.
+static Status lists_look_up(Frame *frame, ReflectionMethod method, Bounce *bounce, const RayStream *left,
+                            LeftRays *counts, Log *log)
+{
+  Status status = STATUS_OK;
+  const RayStream *asked = bounce->rays;
+  uint32_t count = bounce->count;
+  RayStream *mirrored = &frame->no_rays;
+  if (frame->request.plan.rough_by_maps) {
+    TRY(stream_take(&mirrored, frame, true, log));
+    TRY(cube_reflect(&frame->cube_reflect, frame->device, frame->scene, method, asked, bounce->count, &frame->radiance,
+                     mirrored, &count, log));
+    asked = mirrored;
+  }
+  if (count && frame->near_reflect.cube_count > 0)
+    TRY(near_reflect(&frame->near_reflect, &frame->cube_reflect, frame->device, frame->scene, method,
+                     bounce->depth > 1 ? least_weight : 0,
+                     &(NearStreams){asked, left, &frame->known_hits, &frame->radiance}, count, counts, log));
+
+done:
+  stream_give_back(frame, mirrored);
+  return status;
+}
+
 // Answers reflected rays by maps, as far as the method for their depth has any; what is left takes the bounce's place.
 static Status reflections_look_up(Frame *frame, const Wave *wave, Bounce *bounce, Log *log)
 {
@@ -262,15 +296,15 @@ static Status reflections_look_up(Frame *frame, const Wave *wave, Bounce *bounce
   LeftRays counts = {0};
   RayStream *left;
   if (!bounce->reflected || !reflections_ask(method)) return STATUS_OK;
+  if (frame->request.sights && frame->request.sights->axes && bounce->depth == 1)
+    TRY(reflection_sights_keep(frame->request.sights, frame->device, bounce->rays, bounce->count, NULL,
+                               &frame->radiance, log));
   TRY(stream_take(&left, frame, true, log));
   if (method == REFLECTIONS_PLANAR)
     TRY(planar_reflect(&frame->planar, frame->device, frame->scene, wave, bounce->rays, bounce->count, left,
                        &frame->known_hits, &counts, log));
   else if (frame->near_reflect.cube_count > 0 && reflections_use_cubes(method))
-    TRY(near_reflect(&frame->near_reflect, &frame->cube_reflect, frame->device, frame->scene, method,
-                     bounce->depth > 1 ? least_weight : 0,
-                     &(NearStreams){bounce->rays, left, &frame->known_hits, &frame->radiance}, bounce->count, &counts,
-                     log));
+    TRY(lists_look_up(frame, method, bounce, left, &counts, log));
   else if (method == REFLECTIONS_HYBRID)
     TRY(hybrid_reflect(&frame->hybrid_reflect, &frame->cube_reflect, frame->device, frame->scene, bounce->rays,
                        bounce->count, &frame->radiance, left, &frame->known_hits, &counts, log));
@@ -303,8 +337,9 @@ static Status hits_find(Frame *frame, const Wave *wave, Bounce *bounce, Coherenc
   if (bounce->count > 0)
     TRY(trace_closest(&frame->tracer, frame->device, frame->scene, bounce->rays, bounce->count, 0, &frame->hits,
                       coherence, bounce->depth ? "trace reflected rays" : "trace transmitted rays", log));
-  if (frame->request.sights && bounce->reflected && bounce->depth == 1)
-    TRY(reflection_sights_keep(frame->request.sights, frame->device, bounce->rays, bounce->count, &frame->hits, log));
+  if (frame->request.sights && !frame->request.sights->axes && bounce->reflected && bounce->depth == 1)
+    TRY(reflection_sights_keep(frame->request.sights, frame->device, bounce->rays, bounce->count, &frame->hits,
+                               &frame->radiance, log));
   TRY(known_hits_join(frame, bounce, log));
 
 done:

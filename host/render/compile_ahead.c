@@ -112,7 +112,7 @@ static Status trace_compile(Frame *frame, Coherence coherence, Log *log)
   const Plan *plan = &frame->request.plan;
   const Tracer *tracer = &frame->tracer;
   // As a frame has it: reflected rays run side by side where none comes off a rough surface.
-  bool reflected = plan->reflected_rays && (coherence == RAYS_INCOHERENT) == (plan->max_roughness > 0);
+  bool reflected = plan->reflected_rays && (coherence == RAYS_INCOHERENT) == plan_samples_lobes(plan);
   bool camera = coherence == RAYS_COHERENT && (plan->primary == PRIMARY_RAYS || plan->transmitted_rays);
   if (reflected || camera)
     TRY(trace_closest(tracer, device, frame->scene, &frame->streams[0], TILE_PIXELS, 0, &frame->hits, coherence,

@@ -54,7 +54,9 @@ enum { FRAME_STREAMS = 64 };
 // Which reflectors have cube maps.
 typedef struct ReflectorSummary {
   uint32_t visible;                // to the camera
-  uint32_t left_out;               // of these, without a map for want of memory
+  uint32_t rough;                  // of these, those of which no mirror is seen
+  uint32_t levels;                 // of all maps: prefiltered ones
+  uint32_t left_out;               // of all, without a map for want of memory
   uint32_t flat, without_gain;     // without one for hybrid reflections: flat, or rays are quicker
   double rays_ms, hybrid_ms;       // predicted for those that are not flat (plan/reflection_cost.h)
   uint32_t least_px, greatest_px;  // sizes of the maps

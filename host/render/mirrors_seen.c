@@ -14,23 +14,87 @@ const Side *reflector_side(const Reflector *reflector)
   return best;
 }
 
-// Counts one more pixel for the object of a triangle, if that is a mirror.
-static void mirror_count(Reflector *reflectors, const Scene *scene, const uint32_t *starts, uint32_t triangle)
+static bool reflects_nothing(const Material *material)
 {
+  const float *base = material->base_color;
+  return material->unlit || (material->metallic >= 1 && base[0] + base[1] + base[2] <= 0);
+}
+
+// What the rays of a wave see, read back.
+typedef struct SeenWave {
+  uint32_t *ids;
+  float *t, *fields;  // HIT_T; of rays up to RAY_T_MAX, [RAY_T_MAX][capacity]
+  uint32_t capacity;
+} SeenWave;
+
+static RoughSight seen_sight(const SeenWave *wave, uint32_t ray)
+{
+  double at[RAY_T_MAX];
+  for (uint32_t field = 0; field < RAY_T_MAX; field++) at[field] = (double)wave->fields[field * wave->capacity + ray];
+  const Vec3 way =
+      vec3_scale(vec3(at[RAY_DIRECTION_X], at[RAY_DIRECTION_Y], at[RAY_DIRECTION_Z]), (double)wave->t[ray]);
+  return (RoughSight){vec3_add(vec3(at[RAY_ORIGIN_X], at[RAY_ORIGIN_Y], at[RAY_ORIGIN_Z]), way), way};
+}
+
+static Status wave_read(SeenWave *out, Frame *frame, uint32_t rays, Log *log)
+{
+  Status status = STATUS_OK;
+  TRY(buffer_read(frame->device, &frame->hits.ids, out->ids, rays * sizeof *out->ids, log));
+  if (!frame->request.plan.rough_by_maps) return STATUS_OK;
+  TRY(buffer_read(frame->device, &frame->hits.hits, out->t, rays * sizeof *out->t, log));
+  TRY(buffer_read(frame->device, &frame->streams[0].rays, out->fields,
+                  (size_t)RAY_T_MAX * out->capacity * sizeof *out->fields, log));
+
+done:
+  return status;
+}
+
+static float roughness_of(const Material *material, const DeviceScene *scene)
+{
+  return material->metallic_roughness_slot.texture != NONE ? scene->least_roughness : material->roughness;
+}
+
+void reflector_see_rough(Reflector *reflector, uint32_t object, float roughness, const RoughSight *sight)
+{
+  reflector->object = object;
+  if (reflector->rough_pixels == 0 || roughness < reflector->least_roughness) reflector->least_roughness = roughness;
+  reflector->rough_pixels++;
+  reflector->rough_sum_m = vec3_add(reflector->rough_sum_m, sight->place_m);
+  const Vec3 middle = vec3_scale(reflector->rough_sum_m, 1.0 / reflector->rough_pixels);
+  const double here = vec3_length(vec3_sub(sight->place_m, middle));
+  if (reflector->rough_pixels == 1 || here < vec3_length(vec3_sub(reflector->sight.place_m, middle)))
+    reflector->sight = *sight;
+}
+
+// Counts one more pixel for the object of a triangle, where a ray of a wave meets it.
+static void reflector_count(Reflector *reflectors, const Frame *frame, const uint32_t *starts, const SeenWave *wave,
+                            uint32_t ray)
+{
+  const uint32_t triangle = wave->ids[ray];
+  const Scene *scene = frame->scene->source;
   uint32_t object = object_of_triangle(starts, scene->object_count, triangle);
   const Mesh *mesh = &scene->meshes[scene->objects[object].mesh];
   uint32_t within = triangle - starts[object], p = 0;
   while (p < mesh->primitive_count && within >= mesh->primitives[p].triangle_count)
     within -= mesh->primitives[p++].triangle_count;
-  if (p == mesh->primitive_count || !material_is_mirror(&scene->materials[mesh->primitives[p].material])) return;
+  if (p == mesh->primitive_count) return;
+  const Material *material = &scene->materials[mesh->primitives[p].material];
   Reflector *reflector = &reflectors[object];
+  reflector->object = object;
+  if (!material_is_mirror(material)) {
+    const float roughness = roughness_of(material, frame->scene);
+    if (!frame->request.plan.rough_by_maps || reflects_nothing(material)) return;
+    if (roughness > frame->request.plan.max_roughness) return;
+    const RoughSight sight = seen_sight(wave, ray);
+    reflector_see_rough(reflector, object, roughness, &sight);
+    return;
+  }
   MirrorPlane plane;
   if (plane_of_triangle(&plane, scene, object, &mesh->primitives[p], within)) {
     Side *side = reflector->sides, *end = side + SIDES_MOST;
     while (side < end && side->pixels && !planes_are_one(&side->plane, &plane)) side++;
     if (side < end && side->pixels++ == 0) side->plane = plane;
   }
-  reflector->object = object;
   reflector->pixels++;
 }
 
@@ -44,9 +108,13 @@ Status mirrors_see(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *l
   CameraInfo info = camera_info_blocks(whole, *factor);
   uint32_t tiles = info.tiles_per_row * ((info.height + TILE_SIZE - 1) / TILE_SIZE);
   uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
-  uint32_t *ids = malloc((size_t)wave_tiles * TILE_PIXELS * sizeof *ids);
+  const uint32_t wave_most = wave_tiles * TILE_PIXELS, capacity = frame->streams[0].capacity;
+  SeenWave seen = {.ids = malloc(wave_most * sizeof *seen.ids),
+                   .t = malloc(wave_most * sizeof *seen.t),
+                   .fields = malloc((size_t)RAY_T_MAX * capacity * sizeof *seen.fields),
+                   .capacity = capacity};
   uint32_t *starts = malloc(((size_t)scene->object_count + 1) * sizeof *starts);
-  if (!ids || !starts) {
+  if (!seen.ids || !seen.t || !seen.fields || !starts) {
     status = log_no_memory(log, "reflectors");
     goto done;
   }
@@ -59,14 +127,16 @@ Status mirrors_see(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *l
     TRY(camera_rays_generate(&camera, frame->device, &wave, &frame->streams[0], log));
     TRY(trace_closest(&frame->tracer, frame->device, scene, &frame->streams[0], rays, info.near_m, &frame->hits,
                       RAYS_COHERENT, "look for reflectors", log));
-    TRY(buffer_read(frame->device, &frame->hits.ids, ids, rays * sizeof *ids, log));
+    TRY(wave_read(&seen, frame, rays, log));
     for (uint32_t i = 0; i < rays; i++)
-      if (ids[i] != HIT_NONE) mirror_count(reflectors, scene->source, starts, ids[i]);
+      if (seen.ids[i] != HIT_NONE) reflector_count(reflectors, frame, starts, &seen, i);
   }
 
 done:
   camera_rays_free(&camera);
-  free(ids);
+  free(seen.ids);
+  free(seen.t);
+  free(seen.fields);
   free(starts);
   return status;
 }

@@ -7,6 +7,7 @@
 #include "plan/cube_error.h"
 #include "render/list_bound.h"
 #include "render/reflectors.h"
+#include "render/rough_bound.h"
 #include "shared/stream.h"
 
 enum { NEIGHBOURS = 2, SAMPLES = 1 + 2 * NEIGHBOURS };
@@ -20,11 +21,6 @@ static const double texel_share = 0.8;
 // Of what an outline smears, by what the impostor does not tell and trace: found by trial.
 static const double outline_share = 0.006;
 
-// Sums over probes, of one reflector.
-typedef struct Sums {
-  double shown, wrong[BOUND_RUNGS], squares[BOUND_RUNGS];
-} Sums;
-
 // ---- one probe ------------------------------------------------------------------------------------------------------
 
 static Vec3 wide(Float3 v) { return vec3((double)v.x, (double)v.y, (double)v.z); }
@@ -34,8 +30,7 @@ static double box_end(double at, double direction, double low, double high)
   return direction > 0 ? (high - at) / direction : direction < 0 ? (low - at) / direction : INFINITY;
 }
 
-// From the cube's centre to where a ray leaves its box; the ray's direction where it starts outside.
-static Vec3 box_direction(const CubeInfo *cube, Vec3 at, Vec3 direction)
+Vec3 cube_box_end(const CubeInfo *cube, Vec3 at, Vec3 direction)
 {
   Vec3 low = wide(cube->low), high = wide(cube->high);
   double t = fmin(box_end(at.x, direction.x, low.x, high.x), box_end(at.y, direction.y, low.y, high.y));
@@ -57,12 +52,12 @@ static SightErrors sight_errors(const ReflectionSight *sight, const CubeInfo *cu
   Vec3 met = open ? direction : vec3_add(at, vec3_scale(sight->direction, sight->distance));
   SightErrors errors = {.met = vec3_unit_or(met, direction), .distance = open ? INFINITY : vec3_length(met)};
   errors.shown[BOUND_CUBE] = direction;
-  errors.shown[BOUND_BOX] = vec3_unit_or(box_direction(cube, at, direction), direction);
+  errors.shown[BOUND_BOX] = vec3_unit_or(cube_box_end(cube, at, direction), direction);
   errors.shown[BOUND_IMPOSTOR] = errors.met;
   return errors;
 }
 
-static double shown(double linear)
+double displayed(double linear)
 {
   double value = fmin(fmax(linear, 0), 1);
   return value <= 0.0031308 ? 12.92 * value : 1.055 * pow(value, 1 / 2.4) - 0.055;
@@ -72,7 +67,7 @@ static double change_shown(const ReflectionSight *a, const ReflectionSight *b, d
 {
   double most = 0;
   for (int c = 0; c < 3; c++)
-    most = fmax(most, fabs(shown(scale * (double)a->radiance[c]) - shown(scale * (double)b->radiance[c])));
+    most = fmax(most, fabs(displayed(scale * (double)a->radiance[c]) - displayed(scale * (double)b->radiance[c])));
   return most;
 }
 
@@ -192,7 +187,7 @@ static BoundShare share_of(double wrong, double squares, double most, double cou
       expected, fmin(bound_factor * (expected + normal_99 * error), fmin(1, most + normal_99 * sqrt(most / count)))};
 }
 
-static void sums_add(Sums *sums, const double wrong[BOUND_RUNGS])
+static void sums_add(BoundSums *sums, const double wrong[BOUND_RUNGS])
 {
   sums->shown++;
   for (int rung = 0; rung < BOUND_RUNGS; rung++) {
@@ -207,7 +202,7 @@ static uint32_t object_met(const ReflectionSight *sight, const uint32_t *starts,
 }
 
 // `cubes` and `sums`: [object_count].
-static void probes_judge(Sums *sums, const ReflectionSights *sights, uint32_t pixels, const CubeInfo *cubes,
+static void probes_judge(BoundSums *sums, const ReflectionSights *sights, uint32_t pixels, const CubeInfo *cubes,
                          const ListBound *lists, const uint32_t *starts, uint32_t objects, uint32_t block_px,
                          double scale)
 {
@@ -242,10 +237,10 @@ static void cubes_guess(CubeInfo *cubes, const Frame *frame, const ReflectionSig
     if (cubes[o].size) cubes[o] = reflector_cube(frame, o, (double)cubes[o].size * block_px * block_px);
 }
 
-static void bound_fill(ReflectionBound *bound, const Sums *sums, uint32_t objects)
+static void bound_fill(ReflectionBound *bound, const BoundSums *sums, uint32_t objects)
 {
   double count = (double)bound->probes;
-  Sums all = {0};
+  BoundSums all = {0};
   for (uint32_t o = 0; o < objects; o++) {
     if (!(sums[o].shown > 0)) continue;
     ReflectorBound *reflector = &bound->reflectors[bound->count++];
@@ -280,7 +275,7 @@ Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float sca
   float offsets[SAMPLES][2];
   FrameRequest request = sight_request(frame, block_px, &sights);
   ReflectionBound bound = {.reflectors = calloc(objects + 1, sizeof *bound.reflectors)};
-  Sums *sums = calloc(objects + 1, sizeof *sums);
+  BoundSums *sums = calloc(objects + 1, sizeof *sums);
   CubeInfo *cubes = calloc(objects + 1, sizeof *cubes);
   uint32_t *starts = malloc((objects + 1) * sizeof *starts);
   if (!bound.reflectors || !sums || !cubes || !starts) {
@@ -299,6 +294,7 @@ Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float sca
   cubes_guess(cubes, frame, &sights, pixels, starts, block_px);
   TRY(list_bound_make(&lists, frame, cubes, log));
   probes_judge(sums, &sights, pixels, cubes, &lists, starts, objects, block_px, (double)scale);
+  TRY(rough_bound_add(sums, frame, starts, (double)bound.probes, scale, log));
   bound_fill(&bound, sums, objects);
   *out = bound;
   bound = (ReflectionBound){0};

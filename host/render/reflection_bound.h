@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/frame.h"
+#include "shared/cube.h"
 
 // Rungs of which it is told.
 // In the order of ReflectionMethod from REFLECTIONS_ENVIRONMENT on.
@@ -36,6 +37,18 @@ typedef struct ReflectionBound {
   BoundShare rungs[BOUND_RUNGS];  // of all of them
 } ReflectionBound;
 
+// Sums over probes, of one reflector.
+typedef struct BoundSums {
+  double shown, wrong[BOUND_RUNGS], squares[BOUND_RUNGS];
+} BoundSums;
+
+// From the cube's centre to where a ray leaves its box; the ray's direction where it starts outside. `at` is relative
+// to the centre.
+Vec3 cube_box_end(const CubeInfo *cube, Vec3 at, Vec3 direction);
+
+// What a linear value is on a display.
+double displayed(double linear);
+
 // Sends the camera's rays through about BOUND_PROBES pixels in place of all, and through the next to the right and
 // below of each, reflects them by rays, and asks of each reflected ray how far off a map would show what it meets:
 //
@@ -54,6 +67,8 @@ typedef struct ReflectionBound {
 // The mean over the probes is expected, no more than what shows the reflector; `bound` is 1.3 (expected + z s), s its
 // standard error over the probes, z = 2.576 (99 %): the rest of the factor is for what is hidden from the centre, and
 // was found by trial. `frame` is made; `scale` is what its radiance is multiplied by for display.
+//
+// What rough surfaces reflect comes on top of it, as render/rough_bound.h has it.
 //
 // Fails where a surface looks different from the centre: shiny ones, and other mirrors, which a map shows as they look
 // from there; and where wires lie between probes.

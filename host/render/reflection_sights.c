@@ -8,7 +8,7 @@
 
 Status reflection_sights_make(ReflectionSights *out, uint32_t capacity, Log *log)
 {
-  *out = (ReflectionSights){calloc(capacity, sizeof *out->sights), capacity};
+  *out = (ReflectionSights){.sights = calloc(capacity, sizeof *out->sights), .capacity = capacity};
   return out->sights ? STATUS_OK : log_no_memory(log, "reflection bound");
 }
 
@@ -30,8 +30,13 @@ static void sight_set(ReflectionSight *out, const float *fields, uint32_t capaci
   float ray[RAY_FIELD_COUNT];
   for (uint32_t field = 0; field < RAY_FIELD_COUNT; field++) ray[field] = fields[(size_t)field * capacity];
   uint32_t source = bits_of(ray[RAY_DENSITY]);
+  const bool is_axis = (source & RAY_FROM_MIRROR) && ray[RAY_T_MAX] <= 1;
   *out = (ReflectionSight){
-      .is_reflected = source & RAY_FROM_MIRROR,
+      .is_reflected = (source & RAY_FROM_MIRROR) && !is_axis,
+      .is_lobe = is_axis || !(source & RAY_FROM_MIRROR),
+      .density = ray[RAY_DENSITY],
+      .roughness = ray[RAY_T_MAX],
+      .weight = {ray[RAY_WEIGHT_R], ray[RAY_WEIGHT_G], ray[RAY_WEIGHT_B]},
       .triangle = source & ~RAY_FROM_MIRROR,
       .origin = {(double)ray[RAY_ORIGIN_X], (double)ray[RAY_ORIGIN_Y], (double)ray[RAY_ORIGIN_Z]},
       .direction = {(double)ray[RAY_DIRECTION_X], (double)ray[RAY_DIRECTION_Y], (double)ray[RAY_DIRECTION_Z]},
@@ -40,28 +45,35 @@ static void sight_set(ReflectionSight *out, const float *fields, uint32_t capaci
 }
 
 Status reflection_sights_keep(ReflectionSights *sights, Device *device, const RayStream *rays, uint32_t count,
-                              const HitStream *hits, Log *log)
+                              const HitStream *hits, const DeviceBuffer *radiance, Log *log)
 {
   Status status = STATUS_OK;
   const uint32_t capacity = rays->capacity;
   float *fields = malloc((size_t)capacity * RAY_FIELD_COUNT * sizeof *fields), *t = malloc(count * sizeof *t);
   uint32_t *slots = malloc(count * sizeof *slots), *ids = malloc(count * sizeof *ids);
-  if (!fields || !t || !slots || !ids) {
+  float(*direct)[4] = malloc((size_t)capacity * sizeof *direct);
+  if (!fields || !t || !slots || !ids || !direct) {
     status = log_no_memory(log, "reflection bound");
     goto done;
   }
   TRY(buffer_read(device, &rays->rays, fields, (size_t)capacity * RAY_FIELD_COUNT * sizeof *fields, log));
   TRY(buffer_read(device, &rays->slots, slots, count * sizeof *slots, log));
-  TRY(buffer_read(device, &hits->ids, ids, count * sizeof *ids, log));
-  TRY(buffer_read(device, &hits->hits, t, count * sizeof *t, log));
-  for (uint32_t i = 0; i < count; i++)
-    if (slots[i] < sights->capacity) sight_set(&sights->sights[slots[i]], fields + i, capacity, t[i], ids[i]);
+  TRY(buffer_read(device, radiance, direct, (size_t)capacity * sizeof *direct, log));
+  if (hits) TRY(buffer_read(device, &hits->ids, ids, count * sizeof *ids, log));
+  if (hits) TRY(buffer_read(device, &hits->hits, t, count * sizeof *t, log));
+  for (uint32_t i = 0; i < count; i++) {
+    if (slots[i] >= sights->capacity) continue;
+    ReflectionSight *sight = &sights->sights[slots[i]];
+    sight_set(sight, fields + i, capacity, hits ? t[i] : 0, hits ? ids[i] : HIT_NONE);
+    memcpy(sight->direct, direct[slots[i]], sizeof sight->direct);
+  }
 
 done:
   free(fields);
   free(t);
   free(slots);
   free(ids);
+  free(direct);
   return status;
 }
 

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "passes/cube_prefilter.h"
 #include "plan/reflection_cost.h"
 #include "render/bounce.h"
 #include "render/capture_waves.h"
@@ -15,6 +16,12 @@
 // Of what hybrid reflections allow a texel to be off: half of what is seen.
 #define HYBRID_ALLOWED (0.5f / 255)
 
+// Where a rough reflector's cube is: what is flat, of its reach, or large, of the scene's diagonal, has it before what
+// is seen of it, and how far.
+#define ROUGH_FLAT 0.1
+#define ROUGH_LARGE 0.25
+#define ROUGH_CENTER_OFF 0.15
+
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
 // ---- where and how large --------------------------------------------------------------------------------------------
@@ -23,6 +30,7 @@ static int reflector_compare(const void *a, const void *b)
 {
   const Reflector *x = a, *y = b;
   if (x->pixels != y->pixels) return x->pixels < y->pixels ? 1 : -1;
+  if (x->pixels == 0 && x->rough_pixels != y->rough_pixels) return x->rough_pixels < y->rough_pixels ? 1 : -1;
   return (x->object > y->object) - (x->object < y->object);
 }
 
@@ -37,7 +45,26 @@ static uint32_t size_choose(const CubeOptions *options, double pixels)
   return size;
 }
 
-static CubeInfo cube_fit(const DeviceScene *scene, uint32_t object, uint32_t size)
+// A lobe is 2.6 alpha wide where it is half as strong; four texels of a face are alpha wide.
+static uint32_t rough_size_choose(const CubeOptions *options, const Reflector *reflector, uint32_t factor)
+{
+  uint32_t most = size_choose(options, (double)reflector->rough_pixels * factor * factor), size = CUBE_LEAST_PX;
+  double wanted = 4 / pow((double)reflector->least_roughness, 2);
+  if (options->size_px) return most;
+  while (size < most && size < wanted) size *= 2;
+  return size;
+}
+
+// From where a rough surface is reflected in all it shows: what stands on the middle of a floor would hide the room
+// from there, and so would most things about the middle of something large. Nothing lies between the camera and what it
+// sees, from which the centre is as far as a share of the reflector's reach, at most half of the way.
+static Vec3 rough_center(const RoughSight *sight, double reach_m)
+{
+  const double way = vec3_length(sight->way_m), back = fmin(ROUGH_CENTER_OFF * reach_m, 0.5 * way);
+  return vec3_sub(sight->place_m, vec3_scale(sight->way_m, way > 0 ? back / way : 0));
+}
+
+static CubeInfo cube_fit(const DeviceScene *scene, uint32_t object, uint32_t size, const RoughSight *sight)
 {
   Vec3 low, high;
   if (!scene_object_bounds(scene->source, object, &low, &high)) low = high = vec3(0, 0, 0);
@@ -45,6 +72,9 @@ static CubeInfo cube_fit(const DeviceScene *scene, uint32_t object, uint32_t siz
   double margin = 1e-5 * scene->extent_m;  // rounding of rays that start on the box
   Vec3 half = vec3_scale(vec3_sub(high, low), 0.5);
   double reach = fmax(fmax(half.x, half.y), fmax(half.z, margin));
+  const double least = fmin(half.x, fmin(half.y, half.z));
+  const bool flat = least<ROUGH_FLAT * reach, large = reach> ROUGH_LARGE * scene->extent_m;
+  if (sight && (flat || large)) center = rough_center(sight, reach);
   const Vec3 wider = vec3(margin, margin, margin);
   return (CubeInfo){.center = narrow(center),
                     .low = narrow(vec3_sub(vec3_sub(scene->low, wider), center)),
@@ -52,12 +82,19 @@ static CubeInfo cube_fit(const DeviceScene *scene, uint32_t object, uint32_t siz
                     .reach_m = (float)reach,
                     .size = size,
                     .object = object,
+                    .first_level = CUBE_NONE,
                     .hull_least = object_is_convex(scene->source, object) ? INFINITY : (float)(0.999 / reach)};
 }
 
 CubeInfo reflector_cube(const Frame *frame, uint32_t object, double pixels)
 {
-  return cube_fit(frame->scene, object, size_choose(&frame->request.plan.cubes, pixels));
+  return cube_fit(frame->scene, object, size_choose(&frame->request.plan.cubes, pixels), NULL);
+}
+
+CubeInfo reflector_rough_cube(const Frame *frame, const Reflector *reflector, uint32_t factor)
+{
+  return cube_fit(frame->scene, reflector->object, rough_size_choose(&frame->request.plan.cubes, reflector, factor),
+                  &reflector->sight);
 }
 
 // Is a cube marched through?
@@ -90,38 +127,81 @@ static bool rays_are_better(ReflectorSummary *summary, const Frame *frame, const
   return true;
 }
 
-// Cubes of the reflectors that fit, largest first. Returns their number.
-static uint32_t cubes_fit(CubeInfo *cubes, uint32_t *cube_of_object, Frame *frame, const Reflector *reflectors,
-                          uint32_t count, uint32_t factor, Log *log)
+// Cubes so far, and the texels of them and of their levels.
+typedef struct CubeRoom {
+  CubeInfo *cubes;
+  uint32_t *cube_of_object;
+  uint32_t count, mirrors;  // mirrors' come first
+  uint64_t texels, level_texels;
+} CubeRoom;
+
+// Which of a reflector's surfaces ask its cube.
+typedef struct CubeUse {
+  bool mirror, rough;
+  uint32_t size;
+} CubeUse;
+
+static CubeUse cube_use(ReflectorSummary *summary, const Frame *frame, const Reflector *reflector, uint32_t factor)
 {
-  const CubeOptions *options = &frame->request.plan.cubes;
-  const uint64_t most = device_budget(frame->device, options->max_bytes, CUBES_MOST_BYTES);
-  ReflectorSummary *summary = &frame->reflectors;
+  const Plan *plan = &frame->request.plan;
+  CubeUse use = {reflector->pixels > 0, plan->rough_by_maps && reflector->rough_pixels > 0, 0};
+  use.size = size_choose(&plan->cubes, (double)reflector->pixels * factor * factor);
+  if (use.mirror && rays_are_better(summary, frame, reflector, use.size, factor)) use.mirror = false;
+  if (!use.mirror && use.rough) use.size = rough_size_choose(&plan->cubes, reflector, factor);
+  return use;
+}
+
+// Adds a reflector's cube, if there is room.
+static bool cube_add(CubeRoom *room, ReflectorSummary *summary, const Frame *frame, const Reflector *reflector,
+                     CubeUse use, uint64_t most)
+{
+  const uint32_t object = reflector->object;
   const uint64_t texel_bytes = sizeof(Float4) + (marches(&frame->request.plan) ? sizeof(float) : 0);
-  const bool hybrid = plan_uses_reflections(&frame->request.plan, REFLECTIONS_HYBRID);
-  uint32_t kept = 0, first_texel = 0;
+  const uint64_t texels = CUBE_TEXELS((uint64_t)use.size);
+  const uint64_t levels = use.rough ? cube_level_first(cube_level_count(use.size), use.size) : 0;
+  uint64_t bytes = texels * texel_bytes + levels * sizeof(Float4);
+  if (plan_uses_reflections(&frame->request.plan, REFLECTIONS_HYBRID)) bytes += hybrid_reflect_bytes(use.size);
+  if (room->count == CUBES_MOST || summary->bytes + bytes > most) return false;
+  CubeInfo *cube = &room->cubes[room->count];
+  *cube = cube_fit(frame->scene, object, use.size, use.mirror ? NULL : &reflector->sight);
+  cube->first_texel = (uint32_t)room->texels;
+  if (use.rough) cube->first_level = (uint32_t)room->level_texels;
+  if (!use.mirror) cube->hull_least = INFINITY;
+  room->cube_of_object[object] = room->count++ | (use.mirror ? 0 : CUBE_FOR_ROUGH);
+  room->mirrors += use.mirror;
+  room->texels += texels;
+  room->level_texels += levels;
+  summary->bytes += bytes;
+  summary->levels += use.rough ? cube_level_count(use.size) : 0;
+  if (summary->least_px == 0 || use.size < summary->least_px) summary->least_px = use.size;
+  if (use.size > summary->greatest_px) summary->greatest_px = use.size;
+  return true;
+}
+
+// Cubes of the reflectors that fit: mirrors first, largest first.
+static void cubes_fit(CubeRoom *room, Frame *frame, const Reflector *reflectors, uint32_t count, uint32_t factor,
+                      Log *log)
+{
+  const uint64_t most = device_budget(frame->device, frame->request.plan.cubes.max_bytes, CUBES_MOST_BYTES);
+  ReflectorSummary *summary = &frame->reflectors;
+  uint32_t rough_left_out = 0;
   *summary = (ReflectorSummary){.visible = count};
   for (uint32_t i = 0; i < count; i++) {
-    uint32_t size = size_choose(options, (double)reflectors[i].pixels * factor * factor);
-    if (rays_are_better(summary, frame, &reflectors[i], size, factor)) continue;
-    uint64_t texels = CUBE_TEXELS((uint64_t)size), bytes = texels * texel_bytes;
-    if (hybrid) bytes += hybrid_reflect_bytes(size);
-    if (kept == CUBES_MOST || summary->bytes + bytes > most) {
-      summary->left_out++;
-      continue;
-    }
-    cubes[kept] = cube_fit(frame->scene, reflectors[i].object, size);
-    cubes[kept].first_texel = first_texel;
-    first_texel += (uint32_t)texels;
-    cube_of_object[reflectors[i].object] = kept++;
-    summary->bytes += bytes;
-    if (summary->least_px == 0 || size < summary->least_px) summary->least_px = size;
-    if (size > summary->greatest_px) summary->greatest_px = size;
+    const CubeUse use = cube_use(summary, frame, &reflectors[i], factor);
+    summary->rough += reflectors[i].pixels == 0;
+    if (!use.mirror && !use.rough) continue;
+    if (cube_add(room, summary, frame, &reflectors[i], use, most)) continue;
+    summary->left_out++;
+    rough_left_out += !use.mirror;
   }
-  if (summary->left_out)
+  if (summary->left_out > rough_left_out)
     log_warn(log, "--reflections: %u of %u reflectors are over %d cube maps or %.0f MB: their reflections are traced",
-             summary->left_out, count, CUBES_MOST, 1e-6 * (double)most);
-  return kept;
+             summary->left_out - rough_left_out, count - summary->rough, CUBES_MOST, 1e-6 * (double)most);
+  if (rough_left_out)
+    log_warn(log,
+             "--reflections: %u of %u rough reflectors are over %d cube maps or %.0f MB: they show the environment: "
+             "lower --max-roughness",
+             rough_left_out, summary->rough, CUBES_MOST, 1e-6 * (double)most);
 }
 
 // ---- what they show -------------------------------------------------------------------------------------------------
@@ -133,7 +213,8 @@ static Plan plan_of_capture(const Plan *plan)
   bool maps = reflections_use_maps(plan->deep_reflections);
   if (maps) capture.deep_reflections = REFLECTIONS_ENVIRONMENT;
   if (plan->reflections == REFLECTIONS_HYBRID) capture.deep_reflections = REFLECTIONS_NONE;
-  if (maps) capture.max_roughness = 0;
+  if (maps || plan->rough_by_maps) capture.max_roughness = 0;
+  capture.rough_by_maps = false;
   capture.reflections = capture.deep_reflections;
   if (capture.max_depth > 0) capture.max_depth--;
   capture.reflected_rays = capture.max_depth > 0 && capture.reflections != REFLECTIONS_NONE;
@@ -202,11 +283,12 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
   CubeReflect maps = frame->cube_reflect;
   bool by_chance = request.plan.environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
                    request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO || request.plan.shadows == SHADOWS_AREA ||
-                   request.plan.max_roughness > 0;
+                   plan_samples_lobes(&request.plan);
   const bool marched = marches(&request.plan), lists = plan_uses_lists(&request.plan);
   const bool doubted = plan_uses_reflections(&request.plan, REFLECTIONS_HYBRID);
   const uint32_t samples = by_chance ? smaller(request.samples, CUBE_SAMPLES_MOST) : 1;
   CubeDoubt doubt = {0};
+  CubePrefilter prefilter = {0};
   uint32_t *left_out = calloc((size_t)objects + 1, sizeof *left_out);
   if (!left_out) return log_no_memory(log, "cube maps");
   frame->capturing = true;
@@ -215,6 +297,8 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
   frame->request.flat_background = false;
   frame->cube_reflect.cube_count = 0;  // none is whole yet
   TRY(cube_capture_make(&frame->cube_capture, frame->device, frame->scene, frame->capacity, log));
+  if (request.plan.rough_by_maps)
+    TRY(cube_prefilter_make(&prefilter, frame->device, frame->reflectors.greatest_px, log));
   if (doubted) TRY(cube_doubt_make(&doubt, frame->device, frame->capacity, frame->reflectors.greatest_px, log));
   for (uint32_t i = 0; i < count; i++) {
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object == cubes[i].object;
@@ -225,6 +309,8 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
       TRY(cube_capture_raster(&frame->cube_capture, frame->device, frame->scene, &frame->raster_scene, left_out,
                               frame->capacity, log));
     TRY(capture_waves(frame, cubes[i].size, CUBE_FACES * cubes[i].size, samples, cube_keep, log));
+    if (cubes[i].first_level != CUBE_NONE)
+      TRY(cube_prefilter(&prefilter, frame->device, &cubes[i], &maps.texels, &maps.levels, log));
     if (doubted) TRY(cube_doubts_draw(frame, &doubt, &cubes[i], log));
     if (!marched) continue;
     TRY(cube_capture_cells(&frame->cube_capture, frame->device, cubes[i].size, &frame->cube_reflect.texels,
@@ -240,6 +326,7 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
 done:
   cube_capture_free(&frame->cube_capture);
   cube_doubt_free(&doubt);
+  cube_prefilter_free(&prefilter);
   frame->cube_reflect = maps;
   frame->camera.info = camera;
   frame->request = request;
@@ -294,41 +381,43 @@ Status reflectors_prepare(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const Plan *plan = &frame->request.plan;
-  uint32_t objects = frame->scene->object_count, count = 0, kept = 0, factor = 1;
-  uint32_t *cube_of_object = NULL;
+  uint32_t objects = frame->scene->object_count, count = 0, factor = 1;
   Reflector *reflectors = NULL;
-  CubeInfo *cubes = NULL;
+  CubeRoom room = {0};
   if (plan->reflections == REFLECTIONS_PLANAR) TRY(flat_mirrors_prepare(frame, log));
   if (!reflections_use_maps(plan->reflections) && !reflections_use_maps(plan->deep_reflections)) return STATUS_OK;
-  cube_of_object = malloc(((size_t)objects + 1) * sizeof *cube_of_object);
+  room.cube_of_object = malloc(((size_t)objects + 1) * sizeof *room.cube_of_object);
   reflectors = calloc((size_t)objects + 1, sizeof *reflectors);
-  cubes = calloc((size_t)objects + 1, sizeof *cubes);
-  if (!cube_of_object || !reflectors || !cubes) {
+  room.cubes = calloc((size_t)objects + 1, sizeof *room.cubes);
+  if (!room.cube_of_object || !reflectors || !room.cubes) {
     status = log_no_memory(log, "cube maps");
     goto done;
   }
-  for (uint32_t i = 0; i < objects; i++) cube_of_object[i] = CUBE_NONE;
+  for (uint32_t i = 0; i < objects; i++) room.cube_of_object[i] = CUBE_NONE;
   if (plan_uses_cubes(plan)) {
     TRY(mirrors_see(reflectors, &factor, frame, log));
     for (uint32_t i = 0; i < objects; i++)
-      if (reflectors[i].pixels) reflectors[count++] = reflectors[i];
+      if (reflectors[i].pixels || (plan->rough_by_maps && reflectors[i].rough_pixels))
+        reflectors[count++] = reflectors[i];
     qsort(reflectors, count, sizeof *reflectors, reflector_compare);
-    kept = cubes_fit(cubes, cube_of_object, frame, reflectors, count, factor, log);
+    cubes_fit(&room, frame, reflectors, count, factor, log);
   }
-  if (kept && plan_uses_lists(plan)) {
+  if (room.mirrors && plan_uses_lists(plan)) {
     uint64_t most = device_budget(frame->device, plan->cubes.max_bytes, CUBES_MOST_BYTES);
-    TRY(near_objects_list(&frame->near_objects, frame, cubes, kept, cube_of_object, most - frame->reflectors.bytes,
-                          log));
-    TRY(near_objects_make(frame, cubes, log));
+    TRY(near_objects_list(&frame->near_objects, frame, room.cubes, room.mirrors, room.cube_of_object,
+                          most - frame->reflectors.bytes, log));
+    TRY(near_objects_make(frame, room.cubes, log));
   }
-  TRY(cube_reflect_make(&frame->cube_reflect, frame->device, frame->scene, cubes, kept, cube_of_object, marches(plan),
-                        log));
-  if (kept && plan_uses_reflections(plan, REFLECTIONS_HYBRID)) TRY(hybrid_prepare(frame, cubes, kept, log));
-  if (kept) TRY(cubes_draw(frame, cubes, kept, log));
+  TRY(cube_reflect_make(&frame->cube_reflect, frame->device, frame->scene, room.cubes, room.count, room.cube_of_object,
+                        room.level_texels, marches(plan), log));
+  frame->cube_reflect.environment_levels = frame->shader.environment_levels;
+  if (room.count && plan_uses_reflections(plan, REFLECTIONS_HYBRID))
+    TRY(hybrid_prepare(frame, room.cubes, room.count, log));
+  if (room.count) TRY(cubes_draw(frame, room.cubes, room.count, log));
 
 done:
-  free(cube_of_object);
+  free(room.cube_of_object);
   free(reflectors);
-  free(cubes);
+  free(room.cubes);
   return status;
 }

@@ -8,12 +8,14 @@ enum { PROBE_PX = 8 };
 static FrameRequest probe_request(const FrameRequest *request)
 {
   FrameRequest probing = *request;
-  bool mirrors = request->plan.reflected_rays && !(request->plan.max_roughness > 0);
+  bool mirrors = request->plan.reflected_rays && !plan_samples_lobes(&request->plan);
   probing.samples = 1;
   probing.plan.primary = PRIMARY_RAYS;
   probing.aovs = AOV_SET_NONE;
   probing.plan.environment_light = ENVIRONMENT_LIGHT_NONE;
   probing.plan.reflected_rays = mirrors;
+  probing.plan.reflections = probing.plan.deep_reflections = REFLECTIONS_RAYS;  // no map is there yet
+  probing.plan.rough_by_maps = false;
   probing.plan.max_depth = mirrors ? 1 : 0;
   return probing;
 }

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/reflection_bound.h"
 #include "render/shadow_bound.h"
 #include "report/image_compare.h"
 #include "report/loop_math.h"
@@ -66,7 +67,8 @@ Status lab_render(Shot *out, Lab *lab, const DeviceScene *scene, const Camera *c
   Shot shot = {.width = settings->width, .height = settings->height};
   size_t pixels = shot_pixels(&shot);
   const FrameRequest request = lab_request(lab, scene, camera, settings);
-  const ResolveInfo resolve = {.pixel_count = (uint32_t)pixels, .scale = 1, .coverage_scale = 1, .opaque = 1};
+  const float share = 1 / (float)settings->samples;
+  const ResolveInfo resolve = {.pixel_count = (uint32_t)pixels, .scale = share, .coverage_scale = share, .opaque = 1};
   shot.radiance = malloc(pixels * 4 * sizeof *shot.radiance);
   shot.values = malloc(pixels * AOV_VALUE_PLANES * sizeof *shot.values);
   shot.ids = malloc(pixels * AOV_ID_PLANES * sizeof *shot.ids);
@@ -105,6 +107,23 @@ Status lab_shadow_bound(double *pixels, Lab *lab, const DeviceScene *scene, cons
 
 done:
   shadow_bound_free(&bound);
+  frame_free(&frame);
+  return status;
+}
+
+Status lab_reflection_bound(double *share, Lab *lab, const DeviceScene *scene, const Camera *camera,
+                            const RenderSettings *settings)
+{
+  Status status = STATUS_OK;
+  Frame frame = {0};
+  ReflectionBound bound = {0};
+  const FrameRequest request = lab_request(lab, scene, camera, settings);
+  TRY(frame_make(&frame, lab->device, scene, &request, lab->log));
+  TRY(reflection_bound_make(&bound, &frame, 1, lab->log));
+  *share = bound.rungs[settings->reflections - REFLECTIONS_ENVIRONMENT].bound;
+
+done:
+  reflection_bound_free(&bound);
   frame_free(&frame);
   return status;
 }

@@ -49,6 +49,11 @@ Status lab_render_scene(Shot *out, Lab *lab, const Scene *scene, const Camera *c
 Status lab_shadow_bound(double *pixels, Lab *lab, const DeviceScene *scene, const Camera *camera,
                         const RenderSettings *settings);
 
+// The share of the pixels that the cube map, or another map of reflections, is stated to put off beforehand
+// (render/reflection_bound.h). Errors: those of frame_make and reflection_bound_make.
+Status lab_reflection_bound(double *share, Lab *lab, const DeviceScene *scene, const Camera *camera,
+                            const RenderSettings *settings);
+
 // Makes copies the lab's pictures, from colours of `channels` (1: grey, 4: RGBA) floats a pixel. Errors:
 // STATUS_NO_MEMORY.
 Status lab_keep(Lab *lab, const float *method, const float *reference, uint32_t width, uint32_t height,

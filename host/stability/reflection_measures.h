@@ -16,3 +16,6 @@ Status measure_snapshot_disocclusion(StabilityPoint *point, Lab *lab, ShadowMeth
 Status measure_reflection_occluder(StabilityPoint *point, Lab *lab, ShadowMethod method);
 Status measure_snapshot_overflow(StabilityPoint *point, Lab *lab, ShadowMethod method);
 Status measure_facing_mirrors(StabilityPoint *point, Lab *lab, ShadowMethod method);
+
+// reflection_rough.c
+Status measure_roughness(StabilityPoint *point, Lab *lab, ShadowMethod method);

@@ -261,6 +261,13 @@ int main(int argc, char **argv)
     if (small ? lanes == 16 && first : lanes != 8) TRY(render(device, &scene, settings, AOV_SET_NONE));
   }
 
+  // Rough surfaces, by the one cube that there is room for: prefiltering takes a while.
+  settings->lighting = LIGHTING_PBR;
+  settings->max_roughness = 1;
+  settings->reflections = REFLECTIONS_IMPOSTOR;
+  settings->cubes = (CubeOptions){.size_px = 8, .max_bytes = 27000};
+  if (!small && lanes != 8) TRY(render(device, &scene, settings, AOV_SET_NONE));
+
   TRY(device_scene_make(&device_scene, device, &scene, NULL, &picture_log));
   TRY(depth_maps(device, &device_scene, RASTER_WAY_BINS));
   if (lanes == 1) {

@@ -9,3 +9,6 @@ void bound_sweep(ReflectionMethod method, uint32_t samples, int usual_count);
 
 // The same of a rung that expects no error, and states no more than `bound_most`: covered in all pictures but 1 %.
 void bound_sweep_exact(ReflectionMethod method, double bound_most, int usual_count);
+
+// The same of rough surfaces by each of the rungs up to the impostor, against many samples of their lobes.
+void bound_sweep_rough(int usual_count);
