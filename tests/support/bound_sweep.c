@@ -282,7 +282,7 @@ void bound_sweep_rough(int usual_count)
 {
   static Case cases[CASES][ROUGH_RUNGS];
   static double ratios[CASES];
-  const int count = effort_is_full() ? CASES / 2 : effort_is_quick() ? 2 : usual_count;
+  const int count = effort_is_full() ? CASES / 2 : effort_is_quick() ? usual_count / 4 : usual_count;
   for (int i = 0; i < count; i++) rough_case(cases[i], i);
   for (int rung = 0; rung < ROUGH_RUNGS; rung++) {
     int missed = 0, some = 0;
