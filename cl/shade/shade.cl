@@ -261,7 +261,6 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
   SureSources sure = {sure_tiles, sure_blocks, sure_rows, sure_block_count, leaf_triangles};
 #endif
   const bool begins = shade->from_camera && shade->first_batch;
-  const IntL all = INTL(0) == INTL(0);
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint first = begin; first < end; first += LANES) {
@@ -273,19 +272,16 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
     Vec3L direction = in.direction, weight = in.weight;
     FloatL density = FLOATL(INFINITY);
     if (STREAMS_HAVE_DENSITY && !shade->primary) density = LANE_LOAD(rays + RAY_DENSITY * capacity, first);
-    Sum sum = {vec3l(zero, zero, zero), zero};
-    if (shade->first_batch && any_lane(missed)) {
-      Vec3L beyond =
+    if (shade->first_batch && any_lane(begins ? !hit : missed)) {
+      Vec3L seen =
           shade_misses(missed, direction, weight, density, shade, environment, environment_pixels, environment_table);
-      sum.rgb = select3(missed, beyond, sum.rgb);
-    }
-    if (!any_lane(hit)) {
+      Sum beyond = {select3(missed, seen, vec3l(zero, zero, zero)), zero};
       if (begins)
-        radiance_store(radiance, slot, all, sum);
-      else if (shade->first_batch)
-        radiance_add(radiance, slot, missed, sum.rgb);
-      continue;
+        radiance_store(radiance, slot, !hit, beyond);
+      else
+        radiance_add(radiance, slot, missed, beyond.rgb);
     }
+    if (!any_lane(hit)) continue;
 
     FloatL u = LANE_LOAD(hits + HIT_U * capacity, first), v = LANE_LOAD(hits + HIT_V * capacity, first);
     Surface s = surface_load(&geometry, &attributes, id, u, v, direction, hit);
@@ -323,14 +319,11 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
       sampled.by_map = lit & !s.reflectance.mirror & (s.reflectance.roughness <= FLOATL(shade->map_roughness));
     sampled.reflects = sampled.reflects | sampled.by_map;
 #endif
-    if (!begins) {
-      Sum before = radiance_load(radiance, slot, active);
-      sum.rgb = add3(before.rgb, sum.rgb);
-      sum.coverage = before.coverage;
-    }
+    Sum sum = {vec3l(zero, zero, zero), zero};
+    if (!begins) sum = radiance_load(radiance, slot, hit);
     if (shade->first_batch) {
-      sum.rgb = select3(hit, add3(sum.rgb, mul3(surface_own_radiance(&s, shade), weight)), sum.rgb);
-      sum.coverage += hit ? coverage : zero;
+      sum.rgb = add3(sum.rgb, mul3(surface_own_radiance(&s, shade), weight));
+      sum.coverage += coverage;
       sum.rgb = environment_light_add(sum.rgb, &sampled, to_eye, nv, shade, environment, environment_pixels,
                                       environment_levels);
     }
@@ -376,7 +369,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                          LANE_AS_FLOAT(id), shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity,
                          shadow_slots + i * capacity, &counts[i]);
     }
-    radiance_store(radiance, slot, begins ? all : active, sum);
+    radiance_store(radiance, slot, hit, sum);
     if (!shade->first_batch) continue;
 
     if (shade->reflect) {
