@@ -13,6 +13,7 @@
 #include "scene/scene_build.h"
 #include "support/effort.h"
 #include "support/picture_fixture.h"
+#include "support/ratios.h"
 
 enum { WIDTH = 250, HEIGHT = 141, CASES = 480 };
 
@@ -118,12 +119,6 @@ static Case case_measure(const Scene *scene, const Camera *camera, const RenderS
   return out;
 }
 
-static int double_compare(const void *a, const void *b)
-{
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
-
 // One of the sweep's pictures: casters, kind and angle of the light, its distance, the map's size, the kernel and, for
 // PCSS, the light's size all vary.
 static Case case_random(ShadowMethod method, int number, uint32_t samples, int lights)
@@ -165,11 +160,7 @@ static void sweep(ShadowMethod method, uint32_t samples, int lights, int usual_c
     missed += c.bound < c.measured;
     if (c.measured > 0) ratios[some++] = c.bound / c.measured;
   }
-  qsort(ratios, (size_t)some, sizeof *ratios, double_compare);
-  assert_true(some > count / 2);
-  print_message("%d of %d beyond the bound; over measured: median %.2f, first and last tenth %.2f, %.2f\n", missed,
-                count, ratios[some / 2], ratios[some / 10], ratios[some * 9 / 10]);
-  assert_true(missed <= 1 + missed_most * count && ratios[some / 2] <= 4);
+  ratios_report("shadows", ratios, some, missed, count, missed_most);
 }
 
 static void maps_state_their_error(void **state) { sweep(SHADOWS_MAP, 1, 1, 24, 0.01); }

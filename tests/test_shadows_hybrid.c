@@ -14,6 +14,7 @@
 #include "support/effort.h"
 #include "support/gltf_build.h"
 #include "support/picture_fixture.h"
+#include "support/ratios.h"
 #include "support/scene_features.h"
 #include "support/shared_models.h"
 #include "support/test_device.h"
@@ -198,12 +199,6 @@ static void model_judge(void *context, const char *path, Scene *scene)
   }
 }
 
-static int double_compare(const void *a, const void *b)
-{
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
-
 // Shared models by three kinds of light, and shipped scenes by their own, with maps of automatic size. At full size
 // three pixels of colonnade differ: mirrored rays that start closer to the floor than rounding can tell pass it and
 // meet what stands in it; shadow rays from there begin within a closed surface (cl/rays/shadow_hybrid.cl). Of one model
@@ -222,7 +217,7 @@ static void models_are_judged_alike_with_few_rays(void **state)
     picture_judge(&verdicts, shipped[i], "its own", &scene, &camera);
     scene_free(&scene);
   }
-  qsort(verdicts.traced, (size_t)verdicts.count, sizeof *verdicts.traced, double_compare);
+  ratios_sort(verdicts.traced, verdicts.count);
   double median = verdicts.traced[verdicts.count / 2], worst = verdicts.traced[verdicts.count - 1];
   printf("%llu of %llu pixels apart; of %d pictures' shadow rays %.2f %% traced in the median, %.2f %% in the worst\n",
          (unsigned long long)verdicts.apart, (unsigned long long)verdicts.pixels, verdicts.count, 100 * median,

@@ -14,6 +14,7 @@
 #include "scene/scene_build.h"
 #include "support/effort.h"
 #include "support/mirrors.h"
+#include "support/ratios.h"
 
 enum { WIDTH = 160, HEIGHT = 120, CASES = 480, TILES = 4 };
 
@@ -153,26 +154,9 @@ static Case case_random(ReflectionMethod method, int number, uint32_t samples)
   return c;
 }
 
-static int double_compare(const void *a, const void *b)
-{
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
-
 static int cases_of(int usual_count)
 {
   return effort_is_full() ? CASES : effort_is_quick() ? usual_count / 4 : usual_count;
-}
-
-// Fails unless bounds cover all of `count` cases but for 1 % of them, and one; and are within 4 times the measured
-// error in the median of the `some` that have one.
-static void ratios_report(const char *name, double *ratios, int some, int missed, int count)
-{
-  qsort(ratios, (size_t)some, sizeof *ratios, double_compare);
-  assert_true(some > count / 2);
-  print_message("%s: %d of %d beyond the bound; over measured: median %.2f, first and last tenth %.2f, %.2f\n", name,
-                missed, count, ratios[some / 2], ratios[some / 10], ratios[some * 9 / 10]);
-  assert_true(missed <= 1 + 0.01 * count && ratios[some / 2] <= 4);
 }
 
 void bound_sweep(ReflectionMethod method, uint32_t samples, int usual_count)
@@ -184,7 +168,7 @@ void bound_sweep(ReflectionMethod method, uint32_t samples, int usual_count)
     missed += c.bound < c.measured;
     if (c.measured > 0) ratios[some++] = c.bound / c.measured;
   }
-  ratios_report(reflections_name(method), ratios, some, missed, count);
+  ratios_report(reflections_name(method), ratios, some, missed, count, 0.01);
 }
 
 void bound_sweep_exact(ReflectionMethod method, double bound_most, int usual_count)
@@ -291,6 +275,6 @@ void bound_sweep_rough(int usual_count)
       missed += c->bound < c->measured;
       if (c->measured > 0) ratios[some++] = c->bound / c->measured;
     }
-    ratios_report(reflections_name(REFLECTIONS_ENVIRONMENT + rung), ratios, some, missed, count);
+    ratios_report(reflections_name(REFLECTIONS_ENVIRONMENT + rung), ratios, some, missed, count, 0.01);
   }
 }
