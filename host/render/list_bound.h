@@ -45,9 +45,9 @@ void list_bound_wrong(double wrong[BOUND_RUNGS], const ListBound *bound, uint32_
 
 // The bound that a rung from BOUND_SNAPSHOT on states, from what the probes say and the share of the pixels that show
 // reflectors. Outlines of what is photographed are few and thin beside the probes: with snapshots it is PHOTO_FACTOR of
-// that, and PHOTO_SHARE of the pixels more, both found by trial over 480 pictures.
+// that, and PHOTO_SHARE of the pixels more, both found by trial.
 double list_bound_stated(int rung, double bound, double share);
-#define PHOTO_FACTOR 1.5
+#define PHOTO_FACTOR 1.25
 #define PHOTO_SHARE 1.5e-3
 
 // Of the pixels that show reflectors, what rounding leaves: it turns over which of two things is nearer, or hides a

@@ -94,10 +94,11 @@ static void sight_shift(double out[NEIGHBOURS], const SightErrors *errors, int r
 typedef struct ProbeSights {
   const ReflectionSight *own, *beside[NEIGHBOURS], *across[NEIGHBOURS];
   double block_px;
+  bool far;
 } ProbeSights;
 
-// What lies between a probe and the next block, or where that shows something else, the next pixel. An edge between
-// blocks is one for each of the block's pixels in a row; what grows as steadily as from pixel to pixel is none.
+// What lies between a probe and the next pixel, or with `far` the next block, if that shows the same reflector. An edge
+// between blocks is one for each of the block's pixels in a row; what grows as steadily as from pixel to pixel is none.
 static ProbeEdge probe_edge(const ReflectionSight **other, const ProbeSights *sights, int k, double scale)
 {
   ProbeEdge edge = {.is_there = sights->beside[k]};
@@ -105,7 +106,7 @@ static ProbeEdge probe_edge(const ReflectionSight **other, const ProbeSights *si
   *other = sights->beside[k];
   edge.change = change_shown(sights->own, *other, scale);
   edge.weight = edge.change > threshold;
-  if (!sights->across[k]) return edge;
+  if (!sights->far || !sights->across[k]) return edge;
   double steady = edge.weight > 0 ? 0 : 2 * sights->block_px * edge.change;
   *other = sights->across[k];
   edge.weight = change_shown(sights->own, *other, scale) > fmax(threshold, steady) ? 1 / sights->block_px : 0;
@@ -203,14 +204,14 @@ static uint32_t object_met(const ReflectionSight *sight, const uint32_t *starts,
 
 // `cubes` and `sums`: [object_count].
 static void probes_judge(BoundSums *sums, const ReflectionSights *sights, uint32_t pixels, const CubeInfo *cubes,
-                         const ListBound *lists, const uint32_t *starts, uint32_t objects, uint32_t block_px,
+                         const ListBound *lists, const uint32_t *starts, uint32_t objects, uint32_t block_px, bool far,
                          double scale)
 {
   for (uint32_t i = 0; i < pixels; i++) {
     const ReflectionSight *probe = &sights->sights[i], *others[NEIGHBOURS];
     if (!probe->is_reflected) continue;
     uint32_t object = object_of_triangle(starts, objects, probe->triangle);
-    ProbeSights about = {.own = probe, .block_px = block_px};
+    ProbeSights about = {.own = probe, .block_px = block_px, .far = far};
     for (uint32_t k = 0; k < 2 * NEIGHBOURS; k++) {
       const ReflectionSight *there = &sights->sights[i + (k + 1) * pixels];
       bool same = there->is_reflected && object_of_triangle(starts, objects, there->triangle) == object;
@@ -225,6 +226,17 @@ static void probes_judge(BoundSums *sums, const ReflectionSights *sights, uint32
                      threshold);
     sums_add(&sums[object], wrong);
   }
+}
+
+// Of each reflector and rung what finds more wrong.
+static void sums_greater(BoundSums *sums, const BoundSums *others, uint32_t objects)
+{
+  for (uint32_t o = 0; o < objects; o++)
+    for (int rung = 0; rung < BOUND_RUNGS; rung++) {
+      if (others[o].wrong[rung] <= sums[o].wrong[rung]) continue;
+      sums[o].wrong[rung] = others[o].wrong[rung];
+      sums[o].squares[rung] = others[o].squares[rung];
+    }
 }
 
 static void cubes_guess(CubeInfo *cubes, const Frame *frame, const ReflectionSights *sights, uint32_t pixels,
@@ -275,10 +287,10 @@ Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float sca
   float offsets[SAMPLES][2];
   FrameRequest request = sight_request(frame, block_px, &sights);
   ReflectionBound bound = {.reflectors = calloc(objects + 1, sizeof *bound.reflectors)};
-  BoundSums *sums = calloc(objects + 1, sizeof *sums);
+  BoundSums *sums = calloc(objects + 1, sizeof *sums), *near = calloc(objects + 1, sizeof *near);
   CubeInfo *cubes = calloc(objects + 1, sizeof *cubes);
   uint32_t *starts = malloc((objects + 1) * sizeof *starts);
-  if (!bound.reflectors || !sums || !cubes || !starts) {
+  if (!bound.reflectors || !sums || !near || !cubes || !starts) {
     status = log_no_memory(log, "reflection bound");
     goto done;
   }
@@ -293,7 +305,9 @@ Status reflection_bound_make(ReflectionBound *out, const Frame *frame, float sca
   bound.probes = (uint64_t)blocks->width * blocks->height;
   cubes_guess(cubes, frame, &sights, pixels, starts, block_px);
   TRY(list_bound_make(&lists, frame, cubes, log));
-  probes_judge(sums, &sights, pixels, cubes, &lists, starts, objects, block_px, (double)scale);
+  probes_judge(sums, &sights, pixels, cubes, &lists, starts, objects, block_px, true, (double)scale);
+  probes_judge(near, &sights, pixels, cubes, &lists, starts, objects, block_px, false, (double)scale);
+  sums_greater(sums, near, objects);
   TRY(rough_bound_add(sums, frame, starts, (double)bound.probes, scale, log));
   bound_fill(&bound, sums, objects);
   *out = bound;
@@ -305,6 +319,7 @@ done:
   list_bound_free(&lists);
   frame_free(&probing);
   free(sums);
+  free(near);
   free(cubes);
   free(starts);
   return status;

@@ -58,11 +58,13 @@ double displayed(double linear);
 //   shift   pixels to the right and down by which the picture so moves: eps is solved for in the steps that the
 //           reflected ray takes from the probe to its two neighbours, whatever the mirror's curvature. A texel more,
 //           times 0.8: an edge is smeared over one (map resolution; for the impostor it is all there is)
-//   wrong   where the picture changes by more than 2/255 to the next block's probe, and not as steadily as to the next
-//           pixel, an edge lies between, somewhere in the block, and sweeps `shift` pixels (of both sides of it the
-//           greater): the block's share is that over its width; elsewhere the pixel is wrong where what it changes
-//           times `shift` is more than 2/255. Outlines the impostor traces, but for 0.6 % (by trial). Environment:
-//           every ray that meets something is wrong
+//   wrong   where the picture changes by more than 2/255 to the next pixel, an edge lies between and sweeps `shift`
+//           pixels (of both sides of it the greater); elsewhere the pixel is wrong where what it changes times `shift`
+//           is more than 2/255. The same is asked from block to block, where the change is not as steady as to the
+//           next pixel: an edge somewhere in a block has the share of the block's width. Of a reflector the greater
+//           sum counts: edges along the picture's columns are seen by all next pixels or by none, and of several edges
+//           in a block one is seen. Outlines the impostor traces, but for 0.6 % (by trial). Environment: every ray
+//           that meets something is wrong
 //
 // The mean over the probes is expected, no more than what shows the reflector; `bound` is 1.3 (expected + z s), s its
 // standard error over the probes, z = 2.576 (99 %): the rest of the factor is for what is hidden from the centre, and
