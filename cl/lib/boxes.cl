@@ -115,7 +115,7 @@ static inline uint share_bits(TileShare share)
 }
 
 // Takes the lowest four bits; where fewer are left the last stands again. Depths of four pixels are looked at together:
-// a member then waits for memory once, not for each. (Vectors: of arrays here PoCL 5 loses some.)
+// a member then waits for memory once, not for each.
 static inline uint4 bits_take(uint *bits)
 {
   uint4 at;

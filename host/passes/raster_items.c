@@ -46,6 +46,7 @@ Status raster_items_find(RasterItems *items, Device *device, const RasterScene *
   Status status = STATUS_OK;
   uint32_t all = triangles->chunk_count * view_count;
   bool choose = all > pass_most || (view_count > 1 && all > FEW_ITEMS);
+  if (!choose && items->all_chunks == triangles->chunk_count && items->all_views == view_count) return STATUS_OK;
   RasterItem *list = malloc(all * sizeof *list + 1);
   uint32_t *starts = malloc((view_count + 1) * sizeof *starts);
   uint8_t *flags = choose ? malloc(all) : NULL;
@@ -58,6 +59,8 @@ Status raster_items_find(RasterItems *items, Device *device, const RasterScene *
   items->pass = items->count < pass_most ? items->count : pass_most;
   TRY(buffer_put(&items->items, device, items->count * sizeof *list, list, "raster triangles", log));
   TRY(buffer_put(&items->starts, device, (view_count + 1) * sizeof *starts, starts, "raster triangles", log));
+  items->all_chunks = choose ? 0 : triangles->chunk_count;
+  items->all_views = choose ? 0 : view_count;
 
 done:
   free(list);

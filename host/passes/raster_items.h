@@ -10,7 +10,8 @@ typedef struct RasterItems {
   DeviceBuffer items;   // RasterItem [count], view by view
   DeviceBuffer starts;  // the first item of each view, [view_count + 1]
   uint32_t count;
-  uint32_t pass;  // as many of them as a pass may have
+  uint32_t all_chunks, all_views;  // of a list of everything, which is kept while it is the same; 0: it is another
+  uint32_t pass;                   // as many of them as a pass may have
 } RasterItems;
 
 // Which planes a view sees by (cl/lib/view.cl).

@@ -73,7 +73,8 @@ static CubeInfo cube_fit(const DeviceScene *scene, uint32_t object, uint32_t siz
   Vec3 half = vec3_scale(vec3_sub(high, low), 0.5);
   double reach = fmax(fmax(half.x, half.y), fmax(half.z, margin));
   const double least = fmin(half.x, fmin(half.y, half.z));
-  const bool flat = least<ROUGH_FLAT * reach, large = reach> ROUGH_LARGE * scene->extent_m;
+  const bool flat = least < ROUGH_FLAT * reach;
+  const bool large = reach > ROUGH_LARGE * scene->extent_m;
   if (sight && (flat || large)) center = rough_center(sight, reach);
   const Vec3 wider = vec3(margin, margin, margin);
   return (CubeInfo){.center = narrow(center),
