@@ -3,6 +3,8 @@
 #include <limits.h>
 #include <string.h>
 
+bool name_is_index(const char *name) { return *name && strspn(name, "0123456789") == strlen(name); }
+
 enum { MAX_LETTERS = 63 };
 
 static int edit_distance(const char *a, const char *b)

@@ -6,7 +6,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "scene/gltf_guard.h"
 #include "scene/gltf_shim.h"
+
+Status gltf_open(Gltf *gltf)
+{
+  Status status = STATUS_OK;
+  char *json = NULL;
+  TRY(gltf_guard(&json, gltf));
+  TRY(gltf_shim_load(&gltf->model, json, strlen(json), gltf->path, gltf->log));
+
+done:
+  free(json);
+  return status;
+}
 
 void gltf_close(Gltf *gltf)
 {

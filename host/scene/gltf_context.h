@@ -40,6 +40,9 @@ typedef struct Gltf {
   char where[160];  // the part being read, for messages: "meshes[3] 'leg' primitives[0]"
 } Gltf;
 
+// Fills what comes from the guard and from tinygltf; the caller closes it, even after a failure. Errors: those of
+// gltf_guard and gltf_shim_load.
+Status gltf_open(Gltf *gltf);
 void gltf_close(Gltf *gltf);
 
 // Records `path: cause: hint`, the cause formatted.

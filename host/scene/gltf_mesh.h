@@ -18,6 +18,10 @@ typedef struct GltfPose {
 // Errors: STATUS_BAD_SCENE, STATUS_TOO_LARGE, STATUS_NO_MEMORY.
 Status gltf_mesh_read(Mesh *out, Gltf *gltf, int mesh, const GltfPose *pose);
 
+// Gives the vertices of a mesh, which gltf_mesh_read filled from the same, another pose; their arrays stay. After a
+// failure some of them have it. Errors as above.
+Status gltf_mesh_pose(Mesh *out, Gltf *gltf, int mesh, const GltfPose *pose);
+
 // Moves a primitive's vertices by its morph targets and skin.
 Status gltf_pose_apply(Primitive *primitive, Gltf *gltf, const GltfPrimitive *from, const GltfPose *pose);
 

@@ -96,6 +96,17 @@ static const Rule rules[] = {
     RULE("skins[].joints[]", INDEX, .into = "nodes"),
     RULE("skins[].inverseBindMatrices", INDEX, .into = "accessors"),
 
+    RULE("animations[].name", STRING),
+    RULE("animations[].samplers[]", OBJECT),
+    RULE("animations[].samplers[].input", INDEX, .into = "accessors", .required = true),
+    RULE("animations[].samplers[].output", INDEX, .into = "accessors", .required = true),
+    RULE("animations[].samplers[].interpolation", STRING, .into = "LINEAR STEP CUBICSPLINE"),
+    RULE("animations[].channels[]", OBJECT),
+    RULE("animations[].channels[].sampler", UINT, .required = true),
+    RULE("animations[].channels[].target", OBJECT, .required = true),
+    RULE("animations[].channels[].target.node", INDEX, .into = "nodes"),
+    RULE("animations[].channels[].target.path", STRING, .required = true),
+
     RULE("images[].uri", STRING),
     RULE("images[].bufferView", INDEX, .into = "bufferViews"),
     RULE("textures[].source", INDEX, .into = "images"),
@@ -247,6 +258,26 @@ done:
   return status;
 }
 
+// Channels name samplers of their own animation.
+static Status samplers_check(Gltf *gltf)
+{
+  size_t a, c;
+  json_t *animation, *channel;
+  json_array_foreach(json_object_get(gltf->document, "animations"), a, animation)
+  {
+    uint64_t count = json_array_size(json_object_get(animation, "samplers"));
+    json_array_foreach(json_object_get(animation, "channels"), c, channel)
+    {
+      uint64_t sampler = gltf_json_uint(channel, "sampler", 0);
+      if (sampler >= count)
+        return gltf_fail(gltf, STATUS_BAD_SCENE, GLTF_HINT_REPAIR,
+                         "animations[%zu].channels[%zu].sampler is %llu, but the animation has %llu samplers", a, c,
+                         (unsigned long long)sampler, (unsigned long long)count);
+    }
+  }
+  return STATUS_OK;
+}
+
 Status gltf_json_check_rules(Gltf *gltf)
 {
   Status status = STATUS_OK;
@@ -260,6 +291,7 @@ Status gltf_json_check_rules(Gltf *gltf)
           json_array_size(strcmp(rule->into, "lights") == 0 ? lights : json_object_get(gltf->document, rule->into));
     TRY(walk_path(&walk, gltf->document, rule->path, 0));
   }
+  TRY(samplers_check(gltf));
 
 done:
   return status;

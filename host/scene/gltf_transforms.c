@@ -67,23 +67,28 @@ done:
   return status;
 }
 
-Status gltf_instances_read(Mat4 **out, uint32_t *count, Gltf *gltf, const GltfNode *node)
+uint32_t gltf_instance_count(const Gltf *gltf, const GltfNode *node)
+{
+  const int accessors[] = {node->instance_translation, node->instance_rotation, node->instance_scale};
+  uint64_t count = 1;
+  for (int i = 0; i < 3 && node->is_instanced; i++)
+    if (accessors[i] != NONE) count = gltf->model->accessors[accessors[i]].count;
+  return (uint32_t)count;
+}
+
+Status gltf_instances_read(Mat4 **out, Gltf *gltf, const GltfNode *node)
 {
   Status status = STATUS_OK;
   float(*translations)[3] = NULL, (*rotations)[4] = NULL, (*scales)[3] = NULL;
   const int accessors[] = {node->instance_translation, node->instance_rotation, node->instance_scale};
-  uint64_t n = 0;
+  uint64_t n = gltf_instance_count(gltf, node);
   *out = NULL;
-  *count = 1;
-  for (int i = 0; i < 3; i++)
-    if (accessors[i] != NONE) n = gltf->model->accessors[accessors[i]].count;
-  if (!node->is_instanced || n == 0) return STATUS_OK;
+  if (!node->is_instanced) return STATUS_OK;
   snprintf(gltf->where, sizeof gltf->where, "EXT_mesh_gpu_instancing of the node '%.64s'", node->name);
   if (accessors[0] != NONE) TRY(gltf_read_floats(&translations, gltf, accessors[0], 3, 3, n));
   if (accessors[1] != NONE) TRY(gltf_read_floats(&rotations, gltf, accessors[1], 4, 4, n));
   if (accessors[2] != NONE) TRY(gltf_read_floats(&scales, gltf, accessors[2], 3, 3, n));
   TRY(gltf_allocate(out, gltf, n, sizeof **out));
-  *count = (uint32_t)n;
   for (uint64_t i = 0; i < n; i++) {
     double rotation[4] = {0, 0, 0, 1};
     for (int c = 0; rotations && c < 4; c++) rotation[c] = rotations[i][c];

@@ -51,8 +51,6 @@ static void camera_fit(Camera *out, const Scene *scene, double aspect)
   };
 }
 
-static bool is_index(const char *text) { return *text && strspn(text, "0123456789") == strlen(text); }
-
 static Status fail_unknown(const Scene *scene, const char *choice, Log *log)
 {
   const char **names = calloc(scene->camera_count + 2ull, sizeof *names);
@@ -68,7 +66,7 @@ static Status fail_unknown(const Scene *scene, const char *choice, Log *log)
 Status scene_camera_choose(Camera *out, const Scene *scene, const char *choice, double aspect, Log *log)
 {
   uint32_t chosen = 0;
-  if (choice && is_index(choice)) {
+  if (choice && name_is_index(choice)) {
     unsigned long index = strtoul(choice, NULL, 10);
     if (index >= scene->camera_count)
       return log_fail(log, STATUS_USAGE, "%s: no camera %.20s: the scene has %u, numbered from 0", scene->path, choice,

@@ -173,16 +173,54 @@ Scene gltf_read_fine(const char *path)
   return scene;
 }
 
+static void check_failed(Status got, Status expected, const char *message)
+{
+  bool hinted = strchr(test_log.error, ':') != strrchr(test_log.error, ':');
+  if (got != expected || !strstr(test_log.error, message) || !hinted)
+    fail_msg("status %d, not %d: '%s' without '%s'", got, expected, test_log.error, message);
+}
+
 void gltf_read_fails(const char *path, Status expected, const char *message)
 {
   Scene untouched = {.object_count = 77}, scene = untouched;
   log_clear();
-  Status got = gltf_read(&scene, path, &gltf_options, helper, &test_log);
-  bool hinted = strchr(test_log.error, ':') != strrchr(test_log.error, ':');
-  if (got != expected || !strstr(test_log.error, message) || !hinted)
-    fail_msg("status %d, not %d: '%s' without '%s'", got, expected, test_log.error, message);
+  check_failed(gltf_read(&scene, path, &gltf_options, helper, &test_log), expected, message);
   assert_memory_equal(&scene, &untouched, sizeof scene);
   options_reset();
+}
+
+GltfMotion *gltf_motion_fine(Scene *scene, const char *path, const char *animation)
+{
+  GltfMotion *motion = NULL;
+  log_clear();
+  Status status = gltf_motion_open(&motion, scene, path, &gltf_options, animation, helper, &test_log);
+  if (status) fail_msg("%s: status %d: %s", path, status, test_log.error);
+  options_reset();
+  return motion;
+}
+
+void gltf_motion_fails(const char *path, const char *animation, Status expected, const char *message)
+{
+  Scene untouched = {.object_count = 77}, scene = untouched;
+  GltfMotion *motion = NULL;
+  log_clear();
+  check_failed(gltf_motion_open(&motion, &scene, path, &gltf_options, animation, helper, &test_log), expected, message);
+  assert_null(motion);
+  assert_memory_equal(&scene, &untouched, sizeof scene);
+  options_reset();
+}
+
+void gltf_pose_fine(GltfMotion *motion, Scene *scene, double time_s)
+{
+  log_clear();
+  Status status = gltf_motion_pose(motion, scene, time_s, &test_log);
+  if (status) fail_msg("at %g s: status %d: %s", time_s, status, test_log.error);
+}
+
+void gltf_pose_fails(GltfMotion *motion, Scene *scene, double time_s, Status expected, const char *message)
+{
+  log_clear();
+  check_failed(gltf_motion_pose(motion, scene, time_s, &test_log), expected, message);
 }
 
 const char *gltf_assets(void)

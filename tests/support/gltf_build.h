@@ -4,7 +4,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "scene/gltf.h"
+#include "scene/gltf_motion.h"
 
 // A file in the making: a BIN chunk with its views and accessors. Zero-initialised.
 typedef struct GltfBuild {
@@ -56,6 +56,16 @@ Scene gltf_read_fine(const char *path);
 
 // Reads a file that must fail with this status and a message that starts with the file's folder and holds `message`.
 void gltf_read_fails(const char *path, Status expected, const char *message);
+
+// Opens a file whose animation (a name, an index or NULL) must be fine; the caller closes it and frees the scene.
+GltfMotion *gltf_motion_fine(Scene *scene, const char *path, const char *animation);
+
+// Opens one that must fail, as gltf_read_fails.
+void gltf_motion_fails(const char *path, const char *animation, Status expected, const char *message);
+
+// Poses a scene at a time, which must do; or must not, with this status.
+void gltf_pose_fine(GltfMotion *motion, Scene *scene, double time_s);
+void gltf_pose_fails(GltfMotion *motion, Scene *scene, double time_s, Status expected, const char *message);
 
 // Folder of the shared assets; NULL, and a line on stderr, where they are not there.
 const char *gltf_assets(void);
