@@ -79,6 +79,14 @@ Status buffer_write(Device *device, DeviceBuffer *buffer, const void *from, size
   return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "a transfer to it", error);
 }
 
+Status buffer_write_part(Device *device, const DeviceBuffer *buffer, size_t offset, const void *from, size_t bytes,
+                         Log *log)
+{
+  if (bytes == 0) return STATUS_OK;
+  cl_int error = clEnqueueWriteBuffer(device->queue, buffer->memory, CL_FALSE, offset, bytes, from, 0, NULL, NULL);
+  return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "a transfer to it", error);
+}
+
 Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log) { return buffer_fill_words(device, buffer, 0, log); }
 
 Status buffer_fill_words(Device *device, DeviceBuffer *buffer, uint32_t word, Log *log)

@@ -68,6 +68,10 @@ Status buffer_put(DeviceBuffer *buffer, Device *device, size_t bytes, const void
 
 // Copies to the start of the buffer; waits for the queue unless `bytes` is a power of two up to 128.
 Status buffer_write(Device *device, DeviceBuffer *buffer, const void *from, size_t bytes, Log *log);
+
+// Queues a copy to `offset` bytes from the start of the buffer: `from` must stay as it is until device_finish.
+Status buffer_write_part(Device *device, const DeviceBuffer *buffer, size_t offset, const void *from, size_t bytes,
+                         Log *log);
 Status buffer_zero(Device *device, DeviceBuffer *buffer, Log *log);
 
 // Sets every 32-bit word of the buffer. Errors: STATUS_DEVICE.

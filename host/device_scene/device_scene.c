@@ -6,49 +6,21 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "device_scene/part_bvh.h"
+#include "device_scene/kept_scene.h"
+#include "device_scene/scene_trees.h"
 
-// The root's box.
-static void bvh2_bounds(DeviceScene *out, const Bvh2 *bvh)
-{
-  Vec3 low = vec3(INFINITY, INFINITY, INFINITY), high = vec3(-INFINITY, -INFINITY, -INFINITY);
-  for (int child = 0; child < 2 && bvh->node_count > 0; child++) {
-    const float(*bounds)[2] = bvh->nodes[0].bounds[child];
-    low = vec3_min(low, vec3(bounds[0][0], bounds[1][0], bounds[2][0]));
-    high = vec3_max(high, vec3(bounds[0][1], bounds[1][1], bounds[2][1]));
-  }
-  Vec3 size = vec3_sub(high, low);
-  if (!vec3_is_finite(size)) return;
-  out->low = low;
-  out->high = high;
-  out->extent_m = vec3_length(size);
-}
-
-static Status bvh_upload(DeviceScene *out, Device *device, const FlatScene *flat, Timeline *timeline, Log *log)
+static Status bvh_make(DeviceScene *out, Bvh2 *bvh2, Bvh8 *bvh8, Device *device, const FlatScene *flat,
+                       Timeline *timeline, Log *log)
 {
   Status status = STATUS_OK;
-  Bvh2 bvh2 = {0};
-  Bvh8 bvh8 = {0};
   double begin_ms = clock_ms();
-  TRY(flat_bvh_make(&bvh2, flat, log));
-  bvh2_bounds(out, &bvh2);
-  if (device_traits(device)->wide_bvh) TRY(bvh8_from_bvh2(&bvh8, &bvh2, log));
+  TRY(scene_trees_build(bvh2, bvh8, device, flat, log));
   if (timeline) timeline_end(timeline, "build the BVH", begin_ms);
-
   begin_ms = clock_ms();
-  TRY(buffer_create(&out->bvh2_nodes, device, (size_t)bvh2.node_count * sizeof *bvh2.nodes, bvh2.nodes, "BVH nodes",
-                    log));
-  TRY(buffer_create(&out->bvh2_triangles, device, (size_t)bvh2.triangle_count * sizeof *bvh2.triangles, bvh2.triangles,
-                    "BVH triangles", log));
-  TRY(buffer_create(&out->bvh8_nodes, device, (size_t)bvh8.node_count * sizeof *bvh8.nodes, bvh8.nodes,
-                    "wide BVH nodes", log));
-  TRY(buffer_create(&out->bvh8_blocks, device, (size_t)bvh8.block_count * sizeof *bvh8.blocks, bvh8.blocks,
-                    "wide BVH blocks", log));
+  TRY(scene_trees_put(out, device, bvh2, bvh8, log));
   if (timeline) timeline_end(timeline, "upload the BVH", begin_ms);
 
 done:
-  bvh2_free(&bvh2);
-  bvh8_free(&bvh8);
   return status;
 }
 
@@ -99,15 +71,34 @@ done:
   return status;
 }
 
-Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log)
+// Hands the geometry and the trees to what the host keeps.
+static Status scene_keep(DeviceScene *out, FlatScene *flat, Bvh2 *bvh2, Bvh8 *bvh8, Log *log)
+{
+  Status status = STATUS_OK;
+  TRY(kept_scene_make(&out->kept, flat, out->source, log));
+  out->kept->bvh2 = *bvh2;
+  out->kept->bvh8 = *bvh8;
+  *bvh2 = (Bvh2){0};
+  *bvh8 = (Bvh8){0};
+  out->movers = calloc((size_t)out->object_count + 1, sizeof *out->movers);
+  if (!out->movers) return log_no_memory(log, out->source->path);
+
+done:
+  return status;
+}
+
+static Status scene_make(DeviceScene *out, Device *device, const Scene *scene, bool movable, Timeline *timeline,
+                         Log *log)
 {
   Status status = STATUS_OK;
   FlatScene flat = {0};
   DeviceScene made = {0};
+  Bvh2 bvh2 = {0};
+  Bvh8 bvh8 = {0};
   double begin_ms = clock_ms();
   TRY(flat_scene_make(&flat, scene, log));
   if (timeline) timeline_end(timeline, "flatten the scene", begin_ms);
-  TRY(bvh_upload(&made, device, &flat, timeline, log));
+  TRY(bvh_make(&made, &bvh2, &bvh8, device, &flat, timeline, log));
   begin_ms = clock_ms();
   TRY(arrays_upload(&made, device, &flat, &scene->environment, log));
   if (timeline) timeline_end(timeline, "upload the scene", begin_ms);
@@ -123,13 +114,26 @@ Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, T
   made.environment_lights = flat.environment_lights;
   made.source = scene;
   made.least_roughness = flat.least_roughness;
+  if (movable) TRY(scene_keep(&made, &flat, &bvh2, &bvh8, log));
   *out = made;
   made = (DeviceScene){0};
 
 done:
+  bvh2_free(&bvh2);
+  bvh8_free(&bvh8);
   flat_scene_free(&flat);
   device_scene_free(&made);
   return status;
+}
+
+Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log)
+{
+  return scene_make(out, device, scene, false, timeline, log);
+}
+
+Status device_scene_make_movable(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log)
+{
+  return scene_make(out, device, scene, true, timeline, log);
 }
 
 void device_scene_free(DeviceScene *scene)
@@ -142,6 +146,8 @@ void device_scene_free(DeviceScene *scene)
                              &scene->bvh8_blocks, &scene->bvh2_triangles, &scene->tangents};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
   free(scene->light_infos);
+  free(scene->movers);
+  kept_scene_free(scene->kept);
   *scene = (DeviceScene){0};
 }
 

@@ -4,6 +4,15 @@
 #include "device/device.h"
 #include "device_scene/flat_scene.h"
 
+// An object of which a position, normal, tangent or corner changed by a bit. Bounds of where its triangles were and
+// are, together, world space; low > high where none of them is finite.
+typedef struct Mover {
+  uint32_t object;
+  Vec3 low, high;
+} Mover;
+
+typedef struct KeptScene KeptScene;
+
 typedef struct DeviceScene {
   // by vertex and by triangle (shared/scene.h)
   DeviceBuffer positions, normals, tangents, uvs, colors, corners, object_starts;
@@ -17,6 +26,10 @@ typedef struct DeviceScene {
 
   const Scene *source;  // the host's, which must outlive this
 
+  Mover *movers;  // [mover_count], in the order of objects: of the last device_scene_move
+  uint32_t mover_count;
+  KeptScene *kept;  // NULL unless made by device_scene_make_movable
+
   uint32_t vertex_count, triangle_count, object_count, light_count, material_count;
   bool has_textures, has_normal_maps, has_masks, has_blends, has_colors, has_mirrors;
   bool environment_lights;
@@ -28,6 +41,16 @@ typedef struct DeviceScene {
 // `timeline` when it is not NULL. Errors: those of flat_scene_make, bvh2_build and buffer_create.
 Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log);
 void device_scene_free(DeviceScene *scene);
+
+// The same, and keeps on the host what device_scene_move needs: the flattened geometry, the trees and the meshes' pose.
+Status device_scene_make_movable(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log);
+
+// Follows scene->source, whose objects, meshes and lights moved in place; counts of objects, vertices, triangles and
+// lights must be as they were. Fills movers; writes what changed of geometry, trees and lights, and the bounds. Hits
+// and pictures are those of a scene made anew, bit for bit. Buffers of trees may be others afterwards.
+// Errors: STATUS_FAILED (not movable, or counts changed), STATUS_NO_MEMORY, those of bvh2_build and buffer_create; the
+// scene is then only fit for device_scene_free.
+Status device_scene_move(DeviceScene *scene, Device *device, Timeline *timeline, Log *log);
 
 // The object of a triangle, by the first triangles of all objects.
 uint32_t object_of_triangle(const uint32_t *object_starts, uint32_t object_count, uint32_t triangle);

@@ -4,17 +4,12 @@
 #include "device_scene/flat_scene.h"
 #include "shared/bvh.h"
 
-// One primitive of one object: where its vertices and triangles go.
-typedef struct Draw {
-  const Primitive *primitive;
-  const Object *object;
-  uint32_t first_vertex, first_triangle;
-} Draw;
+enum { PART_SIZE = 16384 };
 
 typedef struct Flattening {
   FlatScene *flat;
   const Scene *scene;
-  Draw *draws;
+  const FlatPart *parts;
 } Flattening;
 
 bool primitive_has_normal_map(const Primitive *primitive, const Scene *scene)
@@ -28,13 +23,18 @@ static Float4 tangent_world(const Mat4 *world_from_object, const float tangent[4
   return (Float4){(float)world.x, (float)world.y, (float)world.z, (float)(tangent[3] * side)};
 }
 
-static void vertices_flatten(FlatScene *flat, const Draw *draw)
+static const Primitive *part_primitive(const FlatPart *part, const Scene *scene)
 {
-  const Primitive *from = draw->primitive;
-  const Mat4 *world_from_object = &draw->object->world_from_object;
+  return &scene->meshes[scene->objects[part->object].mesh].primitives[part->primitive];
+}
+
+static void vertices_place(FlatScene *flat, const Scene *scene, const FlatPart *part)
+{
+  const Primitive *from = part_primitive(part, scene);
+  const Mat4 *world_from_object = &scene->objects[part->object].world_from_object;
   double side = mat4_determinant3(world_from_object) < 0 ? -1 : 1;
-  for (uint32_t i = 0; i < from->vertex_count; i++) {
-    size_t at = (size_t)draw->first_vertex + i;
+  for (uint32_t at = part->vertices.begin; at < part->vertices.end; at++) {
+    uint32_t i = at - part->first_vertex;
     Vec3 position = mat4_point(world_from_object, vec3_from_floats(from->positions[i]));
     Vec3 normal = mat4_normal(world_from_object, vec3_from_floats(from->normals[i]));
     normal = vec3_scale(vec3_unit_or(normal, vec3(0, 0, 0)), side);
@@ -46,6 +46,29 @@ static void vertices_flatten(FlatScene *flat, const Draw *draw)
     flat->normals[at][2] = (float)normal.z;
     if (flat->tangents)
       flat->tangents[at] = from->tangents ? tangent_world(world_from_object, from->tangents[i], side) : (Float4){0};
+  }
+}
+
+void flat_part_place(FlatScene *flat, const Scene *scene, const FlatPart *part)
+{
+  const Primitive *from = part_primitive(part, scene);
+  const bool mirrored = mat4_determinant3(&scene->objects[part->object].world_from_object) < 0;
+  vertices_place(flat, scene, part);
+  for (uint32_t at = part->triangles.begin; at < part->triangles.end; at++) {
+    const uint32_t *corners = from->triangles[at - part->first_triangle];
+    flat->corners[at] = (TriangleCorners){
+        .vertex = {part->first_vertex + corners[0], part->first_vertex + corners[mirrored ? 2 : 1],
+                   part->first_vertex + corners[mirrored ? 1 : 2]},
+        .material = (uint32_t)from->material,
+    };
+  }
+}
+
+// What stays wherever the object moves.
+static void attributes_copy(FlatScene *flat, const Primitive *from, const FlatPart *part)
+{
+  for (uint32_t at = part->vertices.begin; at < part->vertices.end; at++) {
+    uint32_t i = at - part->first_vertex;
     for (uint32_t set = 0; set < flat->uv_set_count; set++) {
       const float(*uvs)[2] = from->uvs[set] ? (const float(*)[2])from->uvs[set] : NULL;
       flat->uvs[(size_t)set * flat->vertex_count + at] = uvs ? (Float2){uvs[i][0], uvs[i][1]} : (Float2){0, 0};
@@ -57,35 +80,26 @@ static void vertices_flatten(FlatScene *flat, const Draw *draw)
   }
 }
 
-static void draw_flatten(void *context, size_t index)
+static void part_flatten(void *context, size_t index)
 {
   Flattening *work = context;
   FlatScene *flat = work->flat;
-  const Draw *draw = &work->draws[index];
-  const Primitive *from = draw->primitive;
+  const FlatPart *part = &work->parts[index];
+  const Primitive *from = part_primitive(part, work->scene);
   const Material *material = &work->scene->materials[from->material];
-  vertices_flatten(flat, draw);
-  bool mirrored = mat4_determinant3(&draw->object->world_from_object) < 0;
   uint32_t flags =
       (material->double_sided ? 0 : TRIANGLE_SINGLE_SIDED) | (material->alpha_mode == ALPHA_MASK    ? TRIANGLE_MASKED
                                                               : material->alpha_mode == ALPHA_BLEND ? TRIANGLE_BLENDED
                                                                                                     : 0);
-  for (uint32_t i = 0; i < from->triangle_count; i++) {
-    const uint32_t *corners = from->triangles[i];
-    size_t at = (size_t)draw->first_triangle + i;
-    flat->corners[at] = (TriangleCorners){
-        .vertex = {draw->first_vertex + corners[0], draw->first_vertex + corners[mirrored ? 2 : 1],
-                   draw->first_vertex + corners[mirrored ? 1 : 2]},
-        .material = (uint32_t)from->material,
-    };
-    flat->flags[at] = flags;
-  }
+  flat_part_place(flat, work->scene, part);
+  attributes_copy(flat, from, part);
+  for (uint32_t at = part->triangles.begin; at < part->triangles.end; at++) flat->flags[at] = flags;
 }
 
 // Counts what the scene draws, checks the limits and allocates.
-static Status geometry_allocate(FlatScene *flat, const Scene *scene, uint32_t *draw_count, Log *log)
+static Status geometry_allocate(FlatScene *flat, const Scene *scene, Log *log)
 {
-  uint64_t vertices = 0, triangles = 0, draws = 0;
+  uint64_t vertices = 0, triangles = 0;
   bool has_colors = false, has_normal_maps = false;
   flat->uv_set_count = 1;
   for (uint32_t o = 0; o < scene->object_count; o++) {
@@ -94,7 +108,6 @@ static Status geometry_allocate(FlatScene *flat, const Scene *scene, uint32_t *d
       const Primitive *primitive = &mesh->primitives[p];
       vertices += primitive->vertex_count;
       triangles += primitive->triangle_count;
-      draws++;
       has_colors |= primitive->colors != NULL;
       has_normal_maps |= primitive_has_normal_map(primitive, scene);
       if (primitive->uvs[1]) flat->uv_set_count = 2;
@@ -106,7 +119,6 @@ static Status geometry_allocate(FlatScene *flat, const Scene *scene, uint32_t *d
   flat->vertex_count = (uint32_t)vertices;
   flat->triangle_count = (uint32_t)triangles;
   flat->object_count = scene->object_count;
-  *draw_count = (uint32_t)draws;
   flat->positions = malloc((vertices + 1) * sizeof *flat->positions);
   flat->normals = malloc((vertices + 1) * sizeof *flat->normals);
   flat->tangents = has_normal_maps ? malloc((vertices + 1) * sizeof *flat->tangents) : NULL;
@@ -120,32 +132,73 @@ static Status geometry_allocate(FlatScene *flat, const Scene *scene, uint32_t *d
   return failed ? log_no_memory(log, scene->path) : STATUS_OK;
 }
 
+static uint32_t part_border(uint32_t count, uint32_t part, uint32_t parts)
+{
+  return (uint32_t)((uint64_t)count * part / parts);
+}
+
+// Cuts a primitive into parts, written where `parts` is not NULL; returns how many.
+static uint32_t primitive_parts(FlatPart *parts, const Primitive *primitive, FlatPart whole)
+{
+  const uint32_t vertices = primitive->vertex_count, triangles = primitive->triangle_count;
+  const uint32_t count = 1 + (vertices > triangles ? vertices : triangles) / PART_SIZE;
+  for (uint32_t i = 0; parts && i < count; i++) {
+    parts[i] = whole;
+    parts[i].vertices = (FlatRange){whole.first_vertex + part_border(vertices, i, count),
+                                    whole.first_vertex + part_border(vertices, i + 1, count)};
+    parts[i].triangles = (FlatRange){whole.first_triangle + part_border(triangles, i, count),
+                                     whole.first_triangle + part_border(triangles, i + 1, count)};
+  }
+  return count;
+}
+
+static uint32_t scene_parts(FlatPart *parts, const Scene *scene)
+{
+  uint32_t count = 0;
+  FlatPart next = {0};
+  for (next.object = 0; next.object < scene->object_count; next.object++) {
+    const Mesh *mesh = &scene->meshes[scene->objects[next.object].mesh];
+    for (next.primitive = 0; next.primitive < mesh->primitive_count; next.primitive++) {
+      const Primitive *primitive = &mesh->primitives[next.primitive];
+      count += primitive_parts(parts ? parts + count : NULL, primitive, next);
+      next.first_vertex += primitive->vertex_count;
+      next.first_triangle += primitive->triangle_count;
+    }
+  }
+  return count;
+}
+
+Status flat_parts_make(FlatPart **out, uint32_t *count, const Scene *scene, Log *log)
+{
+  *count = scene_parts(NULL, scene);
+  *out = malloc(((size_t)*count + 1) * sizeof **out);
+  if (!*out) return log_no_memory(log, scene->path);
+  scene_parts(*out, scene);
+  return STATUS_OK;
+}
+
+static void object_starts_fill(FlatScene *flat, const Scene *scene)
+{
+  uint32_t triangle = 0;
+  for (uint32_t o = 0; o < scene->object_count; o++) {
+    flat->object_starts[o] = triangle;
+    triangle += scene_object_triangles(scene, o);
+  }
+  flat->object_starts[scene->object_count] = triangle;
+}
+
 Status flat_geometry_make(FlatScene *flat, const Scene *scene, Log *log)
 {
   Status status = STATUS_OK;
-  Draw *draws = NULL;
-  uint32_t draw_count = 0;
-  TRY(geometry_allocate(flat, scene, &draw_count, log));
-  draws = malloc((draw_count + 1) * sizeof *draws);
-  if (!draws) {
-    status = log_no_memory(log, scene->path);
-    goto done;
-  }
-  uint32_t next = 0, vertex = 0, triangle = 0;
-  for (uint32_t o = 0; o < scene->object_count; o++) {
-    const Mesh *mesh = &scene->meshes[scene->objects[o].mesh];
-    flat->object_starts[o] = triangle;
-    for (uint32_t p = 0; p < mesh->primitive_count; p++) {
-      draws[next++] = (Draw){&mesh->primitives[p], &scene->objects[o], vertex, triangle};
-      vertex += mesh->primitives[p].vertex_count;
-      triangle += mesh->primitives[p].triangle_count;
-    }
-  }
-  flat->object_starts[scene->object_count] = triangle;
-  Flattening work = {flat, scene, draws};
-  parallel_for(draw_count, draw_flatten, &work);
+  FlatPart *parts = NULL;
+  uint32_t part_count = 0;
+  TRY(geometry_allocate(flat, scene, log));
+  TRY(flat_parts_make(&parts, &part_count, scene, log));
+  object_starts_fill(flat, scene);
+  Flattening work = {flat, scene, parts};
+  parallel_for(part_count, part_flatten, &work);
 
 done:
-  free(draws);
+  free(parts);
   return status;
 }

@@ -130,6 +130,11 @@ static LightInfo light_info(const Light *from)
   };
 }
 
+void flat_lights_fill(LightInfo *out, const Scene *scene)
+{
+  for (uint32_t i = 0; i < scene->light_count; i++) out[i] = light_info(&scene->lights[i]);
+}
+
 Status flat_materials_make(FlatScene *flat, const Scene *scene, Log *log)
 {
   Status status = STATUS_OK;
@@ -146,7 +151,7 @@ Status flat_materials_make(FlatScene *flat, const Scene *scene, Log *log)
     flat->materials[i] = material_info(&scene->materials[i], flat->uv_set_count);
     material_roughness(flat, &scene->materials[i], scene);
   }
-  for (uint32_t i = 0; i < scene->light_count; i++) flat->lights[i] = light_info(&scene->lights[i]);
+  flat_lights_fill(flat->lights, scene);
   TRY(textures_make(flat, scene, log));
 
 done:

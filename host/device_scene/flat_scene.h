@@ -39,7 +39,25 @@ void flat_scene_free(FlatScene *flat);
 // Is its shading normal bent by a texture? One that has no texture coordinates is not.
 bool primitive_has_normal_map(const Primitive *primitive, const Scene *scene);
 
+typedef struct FlatRange {
+  uint32_t begin, end;
+} FlatRange;
+
+// Some vertices and some triangles of one primitive of one object; what one thread flattens.
+typedef struct FlatPart {
+  uint32_t object, primitive;
+  uint32_t first_vertex, first_triangle;  // of the primitive, in the flattened scene
+  FlatRange vertices, triangles;          // of the part, in the flattened scene
+} FlatPart;
+
+// Cuts a scene into parts, in the order of objects; *out is freed by the caller. Errors: STATUS_NO_MEMORY.
+Status flat_parts_make(FlatPart **out, uint32_t *count, const Scene *scene, Log *log);
+
+// Writes what of a part may move: positions, normals, tangents and corners.
+void flat_part_place(FlatScene *flat, const Scene *scene, const FlatPart *part);
+
 // The parts of it, by file: vertices and triangles; materials, textures and lights; the environment.
 Status flat_geometry_make(FlatScene *flat, const Scene *scene, Log *log);
 Status flat_materials_make(FlatScene *flat, const Scene *scene, Log *log);
+void flat_lights_fill(LightInfo *out, const Scene *scene);  // [light_count]
 void flat_environment_make(FlatScene *flat, const Environment *environment);

@@ -1,0 +1,402 @@
+// A scene on a device follows a host's that moves: afterwards it holds what a scene made anew holds, and says what
+// moved.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "accel/bvh_validate.h"
+#include "device_scene/kept_scene.h"
+#include "scene/scene_build.h"
+#include "support/oracle_scene.h"
+#include "support/picture_fixture.h"
+#include "support/trace_rays.h"
+
+enum { FLOOR, BOX, BALL, SIGN, OBJECTS };
+
+// A floor, a box, a ball and a sign with tangents and a normal map; a lamp and a sun.
+static Scene scene_make(void)
+{
+  static const uint8_t bumps[4][4] = {{128, 128, 255, 255}, {140, 120, 250, 255}, {120, 140, 250, 255}, {128, 99, 250}};
+  Scene scene = scene_empty();
+  Material bumpy = material_plain(vec3(1, 1, 1), 0, 1);
+  bumpy.normal_slot.texture = scene_add_texture(&scene, 2, 2, bumps);
+  scene_add_material(&scene, material_plain(vec3(1, 0.5, 0.2), 0, 0.5));
+  scene_add_material(&scene, bumpy);
+  scene_add_quad(&scene, 0, vec3(-5, 0, 5), vec3(10, 0, 0), vec3(0, 0, -10));
+  scene_add_box(&scene, 0, vec3(-2, 0, -1), vec3(-1, 1, 1));
+  scene_add_sphere(&scene, 0, vec3(1, 1, 0), 1, 24);
+  scene_add_quad(&scene, 1, vec3(-1, 2, -3), vec3(2, 0, 0), vec3(0, 1, 0));
+  scene_add_light(&scene, light_point(vec3(0, 4, 0), 100));
+  scene_add_light(&scene, light_directional(vec3(0.3, -1, 0.2), 2));
+  Primitive *sign = &scene.meshes[scene.objects[SIGN].mesh].primitives[0];
+  sign->tangents = malloc(sign->vertex_count * sizeof *sign->tangents);
+  assert_non_null(sign->tangents);
+  for (uint32_t i = 0; i < sign->vertex_count; i++)
+    memcpy(sign->tangents[i], (float[4]){1, 0, 0, 1}, sizeof *sign->tangents);
+  picture_assert_ok(scene_check_complete(&scene, &picture_log));
+  return scene;
+}
+
+static Mat4 *transform_of(Scene *scene, uint32_t object) { return &scene->objects[object].world_from_object; }
+
+static void object_shift(Scene *scene, uint32_t object, double x, double y, double z)
+{
+  Mat4 *m = transform_of(scene, object);
+  *m = mat4_mul(mat4_from_trs(vec3(x, y, z), (double[4]){0, 0, 0, 1}, vec3(1, 1, 1)), *m);
+}
+
+static void object_scale(Scene *scene, uint32_t object, double x, double y, double z)
+{
+  *transform_of(scene, object) = mat4_from_trs(vec3(0.25, 1, 0), (double[4]){0, 0, 0, 1}, vec3(x, y, z));
+}
+
+static float (*mesh_positions(Scene *scene, uint32_t object))[3]
+{
+  return scene->meshes[scene->objects[object].mesh].primitives[0].positions;
+}
+
+static void *buffer_copy(const DeviceBuffer *buffer)
+{
+  void *copy = oracle_array(buffer->bytes + 1, 1);
+  picture_assert_ok(buffer_read(picture_device(0), buffer, copy, buffer->bytes, &picture_log));
+  return copy;
+}
+
+static void assert_buffers_equal(const DeviceBuffer *a, const DeviceBuffer *b, const char *what)
+{
+  if (a->bytes != b->bytes) fail_msg("%s: %zu bytes, %zu in the scene made anew", what, a->bytes, b->bytes);
+  void *x = buffer_copy(a), *y = buffer_copy(b);
+  if (memcmp(x, y, a->bytes)) fail_msg("%s: not those of the scene made anew", what);
+  free(x);
+  free(y);
+}
+
+static int by_id(const void *a, const void *b)
+{
+  const BvhTriangle *x = a, *y = b;
+  return x->id < y->id ? -1 : x->id > y->id;
+}
+
+// The device's own trees are whole, tight trees of the scene as it is now.
+static void assert_trees_hold(const DeviceScene *scene)
+{
+  FlatScene flat = {0};
+  picture_assert_ok(flat_scene_make(&flat, scene->source, &picture_log));
+  uint32_t(*triples)[3] = oracle_array(flat.triangle_count + 1, sizeof *triples);
+  for (uint32_t i = 0; i < flat.triangle_count; i++) memcpy(triples[i], flat.corners[i].vertex, sizeof *triples);
+  TriangleSoup soup = {.positions = (const float(*)[3])flat.positions,
+                       .triangles = (const uint32_t(*)[3])triples,
+                       .flags = flat.flags,
+                       .vertex_count = flat.vertex_count,
+                       .triangle_count = flat.triangle_count};
+  Bvh2 two = {.nodes = buffer_copy(&scene->bvh2_nodes),
+              .triangles = buffer_copy(&scene->bvh2_triangles),
+              .node_count = (uint32_t)(scene->bvh2_nodes.bytes / sizeof *two.nodes),
+              .triangle_count = (uint32_t)(scene->bvh2_triangles.bytes / sizeof *two.triangles),
+              .depth = scene->kept->bvh2.depth};
+  picture_assert_ok(bvh2_validate(&two, &soup, 4, &picture_log));
+  if (device_traits(picture_device(0))->wide_bvh) {
+    Bvh8 eight = {.nodes = buffer_copy(&scene->bvh8_nodes),
+                  .blocks = buffer_copy(&scene->bvh8_blocks),
+                  .node_count = (uint32_t)(scene->bvh8_nodes.bytes / sizeof *eight.nodes),
+                  .block_count = (uint32_t)(scene->bvh8_blocks.bytes / sizeof *eight.blocks),
+                  .depth = scene->kept->bvh8.depth};
+    picture_assert_ok(bvh8_validate(&eight, &soup, &picture_log));
+    bvh8_free(&eight);
+  }
+  bvh2_free(&two);
+  free(triples);
+  flat_scene_free(&flat);
+}
+
+static void assert_as_made_anew(const DeviceScene *scene)
+{
+  DeviceScene fresh;
+  picture_assert_ok(device_scene_make(&fresh, picture_device(0), scene->source, NULL, &picture_log));
+  assert_buffers_equal(&scene->positions, &fresh.positions, "positions");
+  assert_buffers_equal(&scene->normals, &fresh.normals, "normals");
+  assert_buffers_equal(&scene->tangents, &fresh.tangents, "tangents");
+  assert_buffers_equal(&scene->uvs, &fresh.uvs, "texture coordinates");
+  assert_buffers_equal(&scene->corners, &fresh.corners, "corners");
+  assert_buffers_equal(&scene->object_starts, &fresh.object_starts, "objects");
+  assert_buffers_equal(&scene->materials, &fresh.materials, "materials");
+  assert_buffers_equal(&scene->lights, &fresh.lights, "lights");
+  assert_int_equal(scene->bvh2_triangles.bytes, fresh.bvh2_triangles.bytes);
+  BvhTriangle *a = buffer_copy(&scene->bvh2_triangles), *b = buffer_copy(&fresh.bvh2_triangles);
+  qsort(a, fresh.bvh2_triangles.bytes / sizeof *a, sizeof *a, by_id);
+  qsort(b, fresh.bvh2_triangles.bytes / sizeof *b, sizeof *b, by_id);
+  assert_memory_equal(a, b, fresh.bvh2_triangles.bytes);
+  assert_memory_equal(&scene->low, &fresh.low, sizeof fresh.low);
+  assert_memory_equal(&scene->high, &fresh.high, sizeof fresh.high);
+  assert_true(scene->extent_m == fresh.extent_m);
+  assert_memory_equal(scene->light_infos, fresh.light_infos, fresh.light_count * sizeof *fresh.light_infos);
+  free(a);
+  free(b);
+  device_scene_free(&fresh);
+  assert_trees_hold(scene);
+}
+
+static DeviceScene movable_make(const Scene *scene)
+{
+  DeviceScene made;
+  picture_assert_ok(device_scene_make_movable(&made, picture_device(0), scene, NULL, &picture_log));
+  assert_int_equal(made.mover_count, 0);
+  assert_trees_hold(&made);
+  return made;
+}
+
+// Moves, and checks everything but the movers' bounds. `objects` are the movers expected.
+static void move_and_check(DeviceScene *scene, uint32_t count, const uint32_t *objects)
+{
+  picture_assert_ok(device_scene_move(scene, picture_device(0), NULL, &picture_log));
+  assert_int_equal(scene->mover_count, count);
+  for (uint32_t i = 0; i < count; i++) assert_int_equal(scene->movers[i].object, objects[i]);
+  assert_as_made_anew(scene);
+}
+
+#define MOVE_AND_CHECK(scene, ...) \
+  move_and_check(scene, sizeof((uint32_t[]){__VA_ARGS__}) / sizeof(uint32_t), (uint32_t[]){__VA_ARGS__})
+
+static void assert_bounds(const Mover *mover, Vec3 low, Vec3 high)
+{
+  const double got[6] = {mover->low.x, mover->low.y, mover->low.z, mover->high.x, mover->high.y, mover->high.z};
+  const double want[6] = {low.x, low.y, low.z, high.x, high.y, high.z};
+  for (int i = 0; i < 6; i++)
+    if (fabs(got[i] - want[i]) > 1e-6) fail_msg("object %u: bound %d is %g, not %g", mover->object, i, got[i], want[i]);
+}
+
+static void moved_objects_move_and_no_others(void **state)
+{
+  Scene scene = scene_make();
+  DeviceScene on_device = movable_make(&scene);
+  for (int frame = 0; frame < 5; frame++) {
+    object_shift(&scene, BOX, 0.5, 0, 0);
+    MOVE_AND_CHECK(&on_device, BOX);
+    assert_bounds(&on_device.movers[0], vec3(-2 + 0.5 * frame, 0, -1), vec3(-0.5 + 0.5 * frame, 1, 1));
+    object_shift(&scene, BALL, 0, 0.25, 0.5);
+    object_shift(&scene, SIGN, 0, 0, 1);
+    MOVE_AND_CHECK(&on_device, BALL, SIGN);
+    assert_bounds(&on_device.movers[0], vec3(0, 0.25 * frame, -1 + 0.5 * frame),
+                  vec3(2, 2.25 + 0.25 * frame, 1.5 + 0.5 * frame));
+    assert_bounds(&on_device.movers[1], vec3(-1, 2, -3 + frame), vec3(1, 3, -2 + frame));
+  }
+  device_scene_free(&on_device);
+  scene_free(&scene);
+}
+
+// What the device's arrays hold is spoilt first: what is then written shows.
+static void geometry_spoil(const DeviceScene *scene)
+{
+  const DeviceBuffer *buffers[] = {&scene->positions, &scene->normals, &scene->corners, &scene->bvh2_nodes,
+                                   &scene->bvh2_triangles};
+  for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) {
+    DeviceBuffer spoilt = *buffers[i];
+    picture_assert_ok(buffer_fill_words(picture_device(0), &spoilt, 0xdeadbeef, &picture_log));
+  }
+}
+
+static void assert_still_spoilt(const DeviceBuffer *buffer)
+{
+  uint32_t *words = buffer_copy(buffer);
+  for (size_t i = 0; i < buffer->bytes / sizeof *words; i++) assert_int_equal(words[i], 0xdeadbeef);
+  free(words);
+}
+
+static void assert_geometry_spoilt(const DeviceScene *scene)
+{
+  assert_still_spoilt(&scene->positions);
+  assert_still_spoilt(&scene->normals);
+  assert_still_spoilt(&scene->corners);
+  assert_still_spoilt(&scene->bvh2_nodes);
+  assert_still_spoilt(&scene->bvh2_triangles);
+}
+
+static void where_nothing_moves_nothing_is_written(void **state)
+{
+  Scene scene = scene_make();
+  DeviceScene on_device = movable_make(&scene);
+  object_shift(&scene, BALL, 0, 1, 0);
+  MOVE_AND_CHECK(&on_device, BALL);
+  geometry_spoil(&on_device);
+  picture_assert_ok(device_scene_move(&on_device, picture_device(0), NULL, &picture_log));
+  assert_int_equal(on_device.mover_count, 0);
+  assert_geometry_spoilt(&on_device);
+  device_scene_free(&on_device);
+  scene_free(&scene);
+}
+
+// A transform whose bits change and whose vertices do not moves nothing.
+static void a_move_under_rounding_is_none(void **state)
+{
+  Scene scene = scene_make();
+  DeviceScene on_device = movable_make(&scene);
+  transform_of(&scene, BOX)->m[13] += 1e-40;
+  transform_of(&scene, BALL)->m[12] += 1e-300;
+  geometry_spoil(&on_device);
+  picture_assert_ok(device_scene_move(&on_device, picture_device(0), NULL, &picture_log));
+  assert_int_equal(on_device.mover_count, 1);  // only the box has a vertex at 0
+  assert_int_equal(on_device.movers[0].object, BOX);
+  device_scene_free(&on_device);
+  scene_free(&scene);
+}
+
+static void lights_move_alone(void **state)
+{
+  Scene scene = scene_make();
+  DeviceScene on_device = movable_make(&scene);
+  scene.lights[0].position_world = vec3(1, 4, 1);
+  scene.lights[1].intensity = 3;
+  MOVE_AND_CHECK(&on_device);
+  scene.lights[1].direction_world = vec3(0, -1, 0);
+  geometry_spoil(&on_device);
+  picture_assert_ok(device_scene_move(&on_device, picture_device(0), NULL, &picture_log));
+  assert_int_equal(on_device.mover_count, 0);
+  assert_geometry_spoilt(&on_device);
+  assert_true(on_device.light_infos[0].position.x == 1 && on_device.light_infos[1].direction.y == -1);
+  device_scene_free(&on_device);
+  scene_free(&scene);
+}
+
+static void meshes_change_in_place(void **state)
+{
+  Scene scene = scene_make();
+  DeviceScene on_device = movable_make(&scene);
+  mesh_positions(&scene, BALL)[7][1] += 0.5f;
+  MOVE_AND_CHECK(&on_device, BALL);
+
+  Primitive *box = &scene.meshes[scene.objects[BOX].mesh].primitives[0];
+  box->normals[3][0] = -box->normals[3][0] + 0.125f;
+  geometry_spoil(&on_device);
+  picture_assert_ok(device_scene_move(&on_device, picture_device(0), NULL, &picture_log));
+  assert_int_equal(on_device.mover_count, 1);
+  assert_int_equal(on_device.movers[0].object, BOX);
+  assert_bounds(&on_device.movers[0], vec3(-2, 0, -1), vec3(-1, 1, 1));
+  assert_still_spoilt(&on_device.positions);  // the normals alone changed
+  assert_still_spoilt(&on_device.bvh2_nodes);
+  device_scene_free(&on_device);
+
+  on_device = movable_make(&scene);
+  scene.meshes[scene.objects[SIGN].mesh].primitives[0].tangents[2][3] = -1;
+  MOVE_AND_CHECK(&on_device, SIGN);
+  scene.objects[FLOOR].mesh = scene.objects[SIGN].mesh;  // two objects of one mesh, and tangents of both
+  device_scene_free(&on_device);
+  on_device = movable_make(&scene);
+  mesh_positions(&scene, SIGN)[1][2] = 2;
+  MOVE_AND_CHECK(&on_device, FLOOR, SIGN);
+  device_scene_free(&on_device);
+  scene_free(&scene);
+}
+
+static void a_vertex_goes_to_infinity_and_comes_back(void **state)
+{
+  static const float far[] = {INFINITY, -INFINITY, NAN};
+  Scene scene = scene_make();
+  DeviceScene on_device = movable_make(&scene);
+  float *vertex = mesh_positions(&scene, BALL)[40], was = vertex[1];
+  const uint32_t triangles = (uint32_t)on_device.bvh2_triangles.bytes;
+  for (int i = 0; i < 3; i++) {
+    vertex[1] = far[i];
+    MOVE_AND_CHECK(&on_device, BALL);
+    assert_bounds(&on_device.movers[0], vec3(0, 0, -1), vec3(2, 2, 1));
+    assert_true(on_device.bvh2_triangles.bytes < triangles);
+    object_shift(&scene, BALL, 0, 0, 0.5);
+    MOVE_AND_CHECK(&on_device, BALL);
+    vertex[1] = was;
+    object_shift(&scene, BALL, 0, 0, -0.5);
+    MOVE_AND_CHECK(&on_device, BALL);
+    assert_int_equal(on_device.bvh2_triangles.bytes, triangles);
+  }
+  device_scene_free(&on_device);
+  scene_free(&scene);
+}
+
+static void an_object_leaves_wholly(void **state)
+{
+  Scene scene = scene_make();
+  DeviceScene on_device = movable_make(&scene);
+  Mat4 was = *transform_of(&scene, BOX);
+  transform_of(&scene, BOX)->m[12] = NAN;
+  MOVE_AND_CHECK(&on_device, BOX);
+  assert_bounds(&on_device.movers[0], vec3(-2, 0, -1), vec3(-1, 1, 1));
+  transform_of(&scene, BOX)->m[12] = INFINITY;
+  MOVE_AND_CHECK(&on_device, BOX);
+  assert_true(on_device.movers[0].low.x > on_device.movers[0].high.x);
+  *transform_of(&scene, BOX) = was;
+  MOVE_AND_CHECK(&on_device, BOX);
+  for (uint32_t o = 0; o < OBJECTS; o++) transform_of(&scene, o)->m[13] = INFINITY;
+  MOVE_AND_CHECK(&on_device, FLOOR, BOX, BALL, SIGN);
+  assert_true(on_device.extent_m == 0);
+  device_scene_free(&on_device);
+  scene_free(&scene);
+}
+
+static void scales_may_be_zero_or_mirror(void **state)
+{
+  static const double scales[][3] = {{1, 1, 1}, {0, 0, 0}, {-1, 1, 1},  {-1, -1, -1}, {1, 0, 1},
+                                     {2, 2, 2}, {1, 1, 1}, {-1, -1, 1}, {1e-30, 1, 1}};
+  Scene scene = scene_make();
+  DeviceScene on_device = movable_make(&scene);
+  for (size_t i = 0; i < sizeof scales / sizeof *scales; i++) {
+    object_scale(&scene, BALL, scales[i][0], scales[i][1], scales[i][2]);
+    object_scale(&scene, SIGN, scales[i][1], scales[i][0], scales[i][2]);
+    MOVE_AND_CHECK(&on_device, BALL, SIGN);
+  }
+  device_scene_free(&on_device);
+  scene_free(&scene);
+}
+
+// A mirrored object that looks as before is moved all the same: its triangles have turned round.
+static void corners_alone_make_a_mover(void **state)
+{
+  static const float flat[3][3] = {{0, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  Scene scene = scene_make();
+  memcpy(mesh_positions(&scene, FLOOR), flat, sizeof flat);
+  mesh_positions(&scene, FLOOR)[3][0] = 0;
+  Primitive *floor = &scene.meshes[scene.objects[FLOOR].mesh].primitives[0];
+  for (uint32_t i = 0; i < floor->vertex_count; i++) memset(floor->normals[i], 0, sizeof floor->normals[i]);
+  DeviceScene on_device = movable_make(&scene);
+  object_shift(&scene, FLOOR, 0, 0, 0);
+  transform_of(&scene, FLOOR)->m[0] = -1;
+  MOVE_AND_CHECK(&on_device, FLOOR);
+  device_scene_free(&on_device);
+  scene_free(&scene);
+}
+
+static void what_came_or_went_is_refused(void **state)
+{
+  Log log = {0};
+  Scene scene = scene_make();
+  DeviceScene on_device = movable_make(&scene);
+  scene.meshes[scene.objects[BALL].mesh].primitives[0].triangle_count--;
+  assert_int_equal(device_scene_move(&on_device, picture_device(0), NULL, &log), STATUS_FAILED);
+  assert_non_null(strstr(log.error, "came or went"));
+  scene.meshes[scene.objects[BALL].mesh].primitives[0].triangle_count++;
+  scene.light_count--;
+  assert_int_equal(device_scene_move(&on_device, picture_device(0), NULL, &log), STATUS_FAILED);
+  scene.light_count++;
+  device_scene_free(&on_device);
+  picture_assert_ok(device_scene_make(&on_device, picture_device(0), &scene, NULL, &picture_log));
+  assert_null(on_device.kept);
+  log = (Log){0};
+  assert_int_equal(device_scene_move(&on_device, picture_device(0), NULL, &log), STATUS_FAILED);
+  assert_non_null(strstr(log.error, "not made to be moved"));
+  device_scene_free(&on_device);
+  scene_free(&scene);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(moved_objects_move_and_no_others), cmocka_unit_test(where_nothing_moves_nothing_is_written),
+      cmocka_unit_test(a_move_under_rounding_is_none),    cmocka_unit_test(lights_move_alone),
+      cmocka_unit_test(meshes_change_in_place),           cmocka_unit_test(a_vertex_goes_to_infinity_and_comes_back),
+      cmocka_unit_test(an_object_leaves_wholly),          cmocka_unit_test(scales_may_be_zero_or_mirror),
+      cmocka_unit_test(corners_alone_make_a_mover),       cmocka_unit_test(what_came_or_went_is_refused),
+  };
+  return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
+}
