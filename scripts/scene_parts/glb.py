@@ -1,4 +1,5 @@
-"""Writes glTF 2.0 binary files: shaded meshes, nodes that share them, cameras, KHR_lights_punctual, small textures."""
+"""Writes glTF 2.0 binary files: shaded meshes, nodes that share them, cameras, KHR_lights_punctual, small textures,
+morph targets and an animation."""
 
 import json
 import math
@@ -77,6 +78,7 @@ class Glb:
         self.views, self.accessors, self.meshes, self.nodes, self.materials = [], [], [], [], []
         self.cameras, self.lights, self.images, self.textures, self.samplers = [], [], [], [], []
         self.extensions, self.triangles, self.mesh_triangles = set(), 0, []
+        self.animation = {"samplers": [], "channels": []}
 
     def _view(self, data, target=None):
         self.data += b"\0" * (-len(self.data) % 4)
@@ -122,7 +124,47 @@ class Glb:
         solid.check_closed(name)
         return self.mesh(name, self.primitive(shaded(solid, crease_degrees, **shading), material))
 
-    def node(self, name, mesh=None, at=(0, 0, 0), rotation=(0, 0, 0, 1), scale=1, **more):
+    def morphing(self, name, solid, shapes, material):
+        """A mesh of a closed solid, smooth all over, and of others made of the same faces, which its weights add."""
+        solid.check_closed(name)
+        base = shaded(solid, 180)
+        primitive = {**self.primitive(base, material), "targets": []}
+        for shape in shapes:
+            shape.check_closed(name)
+            target = shaded(shape, 180)
+            count = len(base.positions) // 3
+            moved, turned = (
+                array("f", [b - a for a, b in zip(before, after)])
+                for before, after in ((base.positions, target.positions), (base.normals, target.normals))
+            )
+            bounds = {"min": [min(moved[k::3]) for k in range(3)], "max": [max(moved[k::3]) for k in range(3)]}
+            primitive["targets"].append(
+                {
+                    "POSITION": self._accessor(moved, 5126, "VEC3", count, 34962, **bounds),
+                    "NORMAL": self._accessor(turned, 5126, "VEC3", count, 34962),
+                }
+            )
+        mesh = self.mesh(name, primitive)
+        self.meshes[mesh]["weights"] = [0] * len(shapes)
+        return mesh
+
+    def move(self, node, path, times, values, interpolation="LINEAR"):
+        """Keys of what moves of a node: its translation, rotation, scale or weights; CUBICSPLINE wants three values a
+        key: in tangent, value, out tangent. All of a scene is one animation."""
+        flat = array("f", [x for value in values for x in value])
+        kind = "SCALAR" if path == "weights" else f"VEC{len(values[0])}"
+        count = len(flat) if path == "weights" else len(values)
+        first, last = array("f", [times[0], times[-1]])
+        source = self._accessor(array("f", times), 5126, "SCALAR", len(times), None, min=[first], max=[last])
+        sampler = {"input": source, "output": self._accessor(flat, 5126, kind, count, None)}
+        if interpolation != "LINEAR":
+            sampler["interpolation"] = interpolation
+        self.animation["samplers"].append(sampler)
+        target = {"node": node, "path": path}
+        self.animation["channels"].append({"sampler": len(self.animation["samplers"]) - 1, "target": target})
+
+    def node(self, name, mesh=None, at=(0, 0, 0), rotation=(0, 0, 0, 1), scale=1, parent=None, **more):
+        """Adds a node, below another where `parent` names one; returns its index."""
         node = {"name": name, **more}
         if mesh is not None:
             node["mesh"] = mesh
@@ -134,10 +176,13 @@ class Glb:
         if scale != 1:
             node["scale"] = _rounded(scale if isinstance(scale, tuple) else (scale,) * 3, 5)
         self.nodes.append(node)
+        if parent is not None:
+            self.nodes[parent].setdefault("children", []).append(len(self.nodes) - 1)
+        return len(self.nodes) - 1
 
     def draw(self, name, solid, material, crease_degrees=35, **shading):
         """A solid drawn once, where it was made."""
-        self.node(name, self.solid(name, solid, material, crease_degrees, **shading))
+        return self.node(name, self.solid(name, solid, material, crease_degrees, **shading))
 
     def material(self, name, color, metallic=0.0, roughness=0.9, emission=None, strength=1.0, texture=None):
         """Linear base colour; emission up to 1 a channel, times strength."""
@@ -170,7 +215,7 @@ class Glb:
                 "perspective": {"yfov": round(math.radians(yfov_degrees), 6), "znear": znear, "zfar": zfar},
             }
         )
-        self.node(f"camera {name}", at=position, rotation=look(position, target), camera=len(self.cameras) - 1)
+        return self.node(f"camera {name}", at=position, rotation=look(position, target), camera=len(self.cameras) - 1)
 
     def light(self, name, kind, intensity, color=(1, 1, 1), at=(0, 0, 0), direction=None, cone_degrees=None):
         """point, spot (candela) or directional (lux); cone_degrees: inner and outer half angle."""
@@ -181,7 +226,7 @@ class Glb:
         self.lights.append(light)
         self.extensions.add("KHR_lights_punctual")
         rotation = v.look_along(direction) if direction else (0, 0, 0, 1)
-        self.node(
+        return self.node(
             f"light {name}",
             at=at,
             rotation=rotation,
@@ -189,10 +234,11 @@ class Glb:
         )
 
     def bytes(self):
+        below = {child for node in self.nodes for child in node.get("children", ())}
         document = {
             "asset": {"version": "2.0", "generator": "Frugal make_scenes"},
             "scene": 0,
-            "scenes": [{"name": self.name, "nodes": list(range(len(self.nodes)))}],
+            "scenes": [{"name": self.name, "nodes": [i for i in range(len(self.nodes)) if i not in below]}],
             "nodes": self.nodes,
             "meshes": self.meshes,
             "materials": self.materials,
@@ -203,6 +249,8 @@ class Glb:
         }
         if self.images:
             document.update(images=self.images, textures=self.textures, samplers=self.samplers)
+        if self.animation["channels"]:
+            document["animations"] = [{"name": self.name, **self.animation}]
         if self.lights:
             document["extensions"] = {"KHR_lights_punctual": {"lights": self.lights}}
         if self.extensions:
