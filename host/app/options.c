@@ -188,6 +188,15 @@ static const Option render_options[] = {
     {"overwrite", 0, NULL, option_read_true, FIELD(overwrite), .help = "replace a picture that is there (the default)"},
     {"no-clobber", 0, NULL, option_read_false, FIELD(overwrite), .help = "fail where there is one already"},
 
+    OPTION_HEADING("Animation:"),
+    {"frames", 0, "RANGE", option_read_frames, FIELD(frames),
+     .help =
+         "12, 0-47, 0-47x2 (each second one) or all: pictures of the\nscene as it moves, with {frame} or {frame:04} "
+         "in the name of\neach output (one picture of the pose at rest)"},
+    {"fps", 0, "N", option_read_float, FIELD(fps), .low = 1e-3, .high = 1e6, .help = "frames a second (24)"},
+    {"animation", 0, "ANIMATION", option_read_text, FIELD(animation),
+     .help = "index or name of an animation of the file (the first)"},
+
     OPTION_HEADING("View and light:"),
     {"camera", 0, "CAMERA", option_read_text, FIELD(camera),
      .help = "index or name of a camera of the file, or fit: a view of\nall (the first, else fit)"},
@@ -280,6 +289,7 @@ const CommandLine render_command_line = {
         "  frugal render scene.glb -o picture.exr --aov depth,normal,object\n"
         "  frugal render scene.gltf -o picture.png --environment studio.hdr --background transparent\n"
         "  frugal render scene.glb -o - --format png --lighting phong >picture.png\n"
+        "  frugal render scene.glb -o 'frames/{frame:04}.png' --frames all\n"
         "  frugal render scene.glb --list-cameras\n"
         "\n"
         "Usage: frugal render SCENE -o OUT [OPTIONS]\n"
@@ -326,6 +336,23 @@ static Status format_check(const RenderOptions *options, Log *log)
   return STATUS_OK;
 }
 
+static Status frames_check(const RenderOptions *options, Log *log)
+{
+  const FrameRange *range = &options->frames;
+  if (!range->given && (options->fps > 0 || options->animation))
+    return log_fail(log, STATUS_USAGE, "--%s: says how the scene moves, but one picture of it at rest is asked for: %s",
+                    options->animation ? "animation" : "fps", "add --frames");
+  const char *const paths[] = {options->output_path, options->stats_path};
+  for (int i = 0; i < 2; i++) {
+    if (!paths[i] || !strcmp(paths[i], "-")) continue;
+    if (!range->given && path_names_frame(paths[i]))
+      return log_fail(log, STATUS_USAGE, "%s: names the frame of one picture at rest: add --frames", paths[i]);
+    if ((range->all || range->last - range->first >= range->step) && !path_names_frame(paths[i]))
+      return log_fail(log, STATUS_USAGE, "%s: one name for many frames: add {frame} or {frame:04} to it", paths[i]);
+  }
+  return STATUS_OK;
+}
+
 static Status combination_check(const RenderOptions *options, Log *log)
 {
   const Crop *crop = &options->crop;
@@ -355,6 +382,7 @@ Status render_options_parse(RenderOptions *out, int argc, char **argv, Log *log)
                    .max_depth = 8,
                    .max_roughness = MAX_ROUGHNESS_AUTO,
                    .ambient = 0.05f},
+      .frames = {.step = 1},
       .environment_intensity = 1,
       .key_light = true,
       .overwrite = true,
@@ -373,6 +401,8 @@ Status render_options_parse(RenderOptions *out, int argc, char **argv, Log *log)
                     out->output_path);
   TRY(format_check(out, log));
   TRY(combination_check(out, log));
+  TRY(frames_check(out, log));
+  if (out->fps == 0) out->fps = 24;
   out->picture.opaque = out->background.kind != BACKGROUND_TRANSPARENT;
   out->picture.has_background = out->background.kind == BACKGROUND_COLOR;
   memcpy(out->picture.background, out->background.color, sizeof out->picture.background);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "app/command_line.h"
+#include "app/frames.h"
 #include "plan/plan.h"
 #include "render/picture.h"
 #include "scene/scene.h"
@@ -52,7 +53,10 @@ typedef struct RenderOptions {
   PictureOptions picture;  // but for exposure and attributes
   ExposureChoice exposure;
   Background background;
-  const char *camera;  // index, name, "fit"; NULL: the first camera, else fit
+  FrameRange frames;
+  float fps;
+  const char *animation;  // index or name; NULL: the first
+  const char *camera;     // index, name, "fit"; NULL: the first camera, else fit
   EnvironmentSource environment;
   float environment_intensity;
   double environment_rotation_rad;

@@ -92,6 +92,8 @@ Status record_make(char **out, const RenderOptions *options, const Plan *plan, c
           options->camera ? options->camera
           : camera->name  ? "0"
                           : "fit");
+  if (options->frames.given) fprintf(stream, " --frames %u --fps %.9g", options->frames.first, (double)options->fps);
+  if (options->animation) word_record(stream, "--animation", options->animation);
   environment_record(stream, options);
   word_record(stream, "--background", options->background.text ? options->background.text : "environment");
   fprintf(stream, " --exposure %.7g --tone-map %s", (double)exposure_ev, tone_names[options->picture.tone]);
@@ -130,8 +132,8 @@ static json_t *shadow_costs_json(const Plan *plan, const DeviceScene *scene)
   return out;
 }
 
-// Each light's maps; for hybrid shadows how many rays they left to be traced, for others what they may get wrong. A
-// light without maps has 0 views.
+// Each light's maps, and how many of them were kept from the frame before; for hybrid shadows how many rays they left to
+// be traced, for others what they may get wrong. A light without maps has 0 views.
 static json_t *shadow_maps_json(const Plan *plan, const Frame *frame, const ShadowBound *bound)
 {
   const ShadowHybrid *hybrid = &frame->shadow_hybrid;
@@ -139,7 +141,9 @@ static json_t *shadow_maps_json(const Plan *plan, const Frame *frame, const Shad
   json_t *lights = json_array();
   for (uint32_t i = 0; i < frame->scene->light_count; i++) {
     const ShadowInfo *info = is_hybrid ? &hybrid->maps.lights[i] : &frame->shadow_maps.lights[i];
-    json_t *light = json_pack("{s:i, s:i}", "size", (int)info->size_px, "views", (int)info->view_count);
+    const uint32_t kept = !is_hybrid ? frame->shadow_maps.kept[i] : hybrid->maps.stayed[i] ? info->view_count : 0;
+    json_t *light =
+        json_pack("{s:i, s:i, s:i}", "size", (int)info->size_px, "views", (int)info->view_count, "kept", (int)kept);
     if (bound) json_object_set_new(light, "expected", json_real(bound->lights[i]));
     json_array_append_new(lights, light);
   }
@@ -187,7 +191,8 @@ static json_t *reflection_maps_json(const Frame *frame, const ReflectionBound *b
   const CubeReflect *maps = &frame->cube_reflect;
   const NearReflect *near = &frame->near_reflect;
   json_t *out = json_pack(
-      "{s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:[i,i], s:I, s:I, s:I, s:I}", "cubes", (int)maps->cube_count, "reflectors",
+      "{s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:[i,i], s:I, s:I, s:I, s:I}", "cubes", (int)maps->cube_count,
+      "faces", CUBE_FACES * (int)maps->cube_count, "faces_kept", (int)reflectors->faces_kept, "reflectors",
       (int)reflectors->visible, "rough", (int)reflectors->rough, "levels", (int)reflectors->levels, "left_out",
       (int)reflectors->left_out, "flat", (int)reflectors->flat, "without_gain", (int)reflectors->without_gain, "size",
       (int)reflectors->least_px, (int)reflectors->greatest_px, "bytes", (json_int_t)reflectors->bytes, "rays",
@@ -245,6 +250,11 @@ json_t *record_stats(const RecordSources *sources)
   bool failed = !stats;
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
     failed |= json_object_set_new(stats, keys[i], parts[i]) != 0;
+  if (options->frames.given) {
+    const uint32_t frame = options->frames.first;
+    failed |= json_object_set_new(stats, "frame", json_integer(frame)) != 0;
+    failed |= json_object_set_new(stats, "time_s", json_real(frame / (double)options->fps)) != 0;
+  }
   if (sources->raster)
     failed |= json_object_set_new(stats, "raster",
                                   json_pack("{s:I, s:I}", "block_tests", (json_int_t)sources->raster->block_tests,

@@ -103,6 +103,16 @@ Status buffer_fill_part(Device *device, const DeviceBuffer *buffer, size_t first
   return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "filling a buffer", error);
 }
 
+Status buffer_copy_words(Device *device, const DeviceBuffer *from, size_t from_first, const DeviceBuffer *to,
+                         size_t to_first, size_t count, Log *log)
+{
+  if (count == 0) return STATUS_OK;
+  const size_t word = sizeof(uint32_t);
+  cl_int error = clEnqueueCopyBuffer(device->queue, from->memory, to->memory, from_first * word, to_first * word,
+                                     count * word, 0, NULL, NULL);
+  return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "a copy within it", error);
+}
+
 Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log)
 {
   if (bytes == 0) return STATUS_OK;

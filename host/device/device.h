@@ -80,6 +80,10 @@ Status buffer_fill_words(Device *device, DeviceBuffer *buffer, uint32_t word, Lo
 Status buffer_fill_part(Device *device, const DeviceBuffer *buffer, size_t first, size_t count, uint32_t word,
                         Log *log);
 
+// Queues a copy of `count` 32-bit words from one buffer to another. Errors: STATUS_DEVICE.
+Status buffer_copy_words(Device *device, const DeviceBuffer *from, size_t from_first, const DeviceBuffer *to,
+                         size_t to_first, size_t count, Log *log);
+
 // Waits for all launches before it, then copies `bytes` from the start of the buffer.
 Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log);
 

@@ -80,3 +80,32 @@ RasterView raster_view_of_map(const Mat4 *map_from_world, Vec3 origin_world, uin
       .height = size_px,
   };
 }
+
+// The greatest row . (a, 1) of points, as a share of what it is rounded by.
+static double farthest_inside(Float4 plane, Vec3 origin, const Vec3 *points, uint32_t count)
+{
+  double most = -INFINITY, size = fabs(plane.w);
+  for (uint32_t i = 0; i < count; i++) {
+    Vec3 a = vec3_sub(points[i], origin);
+    most = fmax(most, plane.x * a.x + plane.y * a.y + plane.z * a.z + plane.w);
+    size = fmax(size, fabs(plane.x * a.x) + fabs(plane.y * a.y) + fabs(plane.z * a.z));
+  }
+  return size > 0 ? most / size : 0;
+}
+
+bool raster_view_may_see(const RasterView *view, const Vec3 *points_world, uint32_t count)
+{
+  const double rounding = 1e-5;
+  for (uint32_t i = 0; i < count; i++)
+    if (!vec3_is_finite(points_world[i])) return true;
+  const float across = (float)view->width, down = (float)view->height;
+  const Float4 x = view->x, y = view->y, w = view->w;
+  const Float4 planes[] = {x,
+                           {across * w.x - x.x, across * w.y - x.y, across * w.z - x.z, across * w.w - x.w},
+                           y,
+                           {down * w.x - y.x, down * w.y - y.y, down * w.z - y.z, down * w.w - y.w},
+                           w};
+  for (size_t i = 0; i < sizeof planes / sizeof *planes; i++)
+    if (farthest_inside(planes[i], wide(view->origin), points_world, count) < -rounding) return false;
+  return true;
+}

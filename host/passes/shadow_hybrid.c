@@ -2,8 +2,8 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "device_scene/solid.h"
 #include "passes/scene_args.h"
 #include "passes/shadow_maps.h"
 
@@ -56,7 +56,8 @@ Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *
   ShadowHybrid hybrid = {.options = plan->shadow_options};
   hybrid.fits = calloc(scene->light_count + 1, sizeof *hybrid.fits);
   hybrid.probes = calloc(scene->light_count + 1, sizeof *hybrid.probes);
-  if (!hybrid.fits || !hybrid.probes) {
+  hybrid.suited = calloc(scene->light_count + 1, sizeof *hybrid.suited);
+  if (!hybrid.fits || !hybrid.probes || !hybrid.suited) {
     status = log_no_memory(log, "sure maps");
     goto done;
   }
@@ -132,31 +133,62 @@ static Status sizes_choose(ShadowHybrid *hybrid, Device *device, const DeviceSce
   return status;
 }
 
-Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                          const ShadowReceivers *receivers, Log *log)
+static Status solids_settle(ShadowHybrid *hybrid, const DeviceScene *scene, const CameraInfo *camera,
+                            ShadowHybrid *before, Log *log)
 {
   Status status = STATUS_OK;
-  Solids solids = {0};
+  if (before && before->solids.scene) {
+    hybrid->solids = before->solids;
+    before->solids = (Solids){0};
+  } else {
+    TRY(solids_make(&hybrid->solids, scene->source, log));
+  }
+  for (uint32_t i = 0; i < hybrid->maps.light_count; i++)
+    if (hybrid->maps.lights[i].view_count)
+      hybrid->suited[i] = solids_suit(&hybrid->solids, &scene->light_infos[i], camera);
+
+done:
+  return status;
+}
+
+static bool any_marked(const SureMaps *maps)
+{
+  for (uint32_t i = 0; i < maps->light_count; i++)
+    if (maps->lights[i].view_count && sure_maps_marked(maps, i, 0)) return true;
+  return false;
+}
+
+static bool suited_alike(const ShadowHybrid *hybrid, const ShadowHybrid *before)
+{
+  const uint32_t count = hybrid->maps.light_count;
+  return count == before->maps.light_count && memcmp(hybrid->suited, before->suited, count * sizeof(bool)) == 0;
+}
+
+Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                          const ShadowReceivers *receivers, ShadowHybrid *before, Log *log)
+{
+  Status status = STATUS_OK;
   DeviceBuffer solid = {0};
   SureRaster raster = {0};
+  if (before && (scene->mover_count || before->maps.block_count == 0)) before = NULL;
   TRY(sure_raster_make(&raster, device, triangles, &(RasterOptions){0}, log));
   TRY(sure_maps_read_marks(&hybrid->maps, device, log));
   TRY(sizes_choose(hybrid, device, scene, receivers, log));
-  TRY(sure_maps_settle(&hybrid->maps, device, log));
+  if (any_marked(&hybrid->maps)) TRY(solids_settle(hybrid, scene, receivers->camera, before, log));
+  const bool alike = before && suited_alike(hybrid, before);
+  TRY(sure_maps_settle(&hybrid->maps, device, alike ? &before->maps : NULL, log));
   if (hybrid->maps.block_count == 0) goto done;
-  TRY(solids_make(&solids, scene->source, log));
-  TRY(buffer_create(&solid, device, solids.word_count * sizeof *solids.bits, solids.bits, "closed surfaces", log));
+  const Solids *solids = &hybrid->solids;
+  TRY(buffer_create(&solid, device, solids->word_count * sizeof *solids->bits, solids->bits, "closed surfaces", log));
   for (uint32_t i = 0; i < hybrid->maps.light_count; i++) {
     if (!shadow_hybrid_has(hybrid, i)) continue;
-    bool suits = solids_suit(&solids, &scene->light_infos[i], receivers->camera);
     TRY(sure_maps_draw(&hybrid->maps, i, &raster, device, triangles, &solid,
-                       suits ? SURE_MARKED_SOLID : SURE_NONE_MARKED, log));
+                       hybrid->suited[i] ? SURE_MARKED_SOLID : SURE_NONE_MARKED, log));
   }
 
 done:
   sure_raster_free(&raster);
   buffer_free(&solid);
-  solids_free(&solids);
   return status;
 }
 
@@ -165,6 +197,8 @@ void shadow_hybrid_free(ShadowHybrid *hybrid)
   sure_maps_free(&hybrid->maps);
   free(hybrid->fits);
   free(hybrid->probes);
+  free(hybrid->suited);
+  solids_free(&hybrid->solids);
   kernel_free(&hybrid->judge);
   kernel_free(&hybrid->mark);
   ray_stream_free(&hybrid->unsure);

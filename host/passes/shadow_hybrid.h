@@ -3,6 +3,7 @@
 #pragma once
 
 #include "device_scene/device_scene.h"
+#include "device_scene/solid.h"
 #include "passes/camera_rays.h"
 #include "passes/ray_stream.h"
 #include "passes/sure_maps.h"
@@ -13,6 +14,8 @@ typedef struct ShadowHybrid {
   SureMaps maps;     // without maps a light's rays are traced
   ShadowFit *fits;   // of each light; without views, without maps
   uint64_t *probes;  // of each light: rays that marked its maps
+  Solids solids;
+  bool *suited;  // [light_count], to the light: its maps leave out what of them faces it
   ShadowOptions options;
   uint32_t left_out;  // lights for whose maps there was no room
   RayStream unsure;
@@ -39,9 +42,11 @@ typedef struct ShadowReceivers {
 // Draws what is marked of the maps, which so are those of one camera and one pose of the scene: rays from elsewhere are
 // traced. Without a size asked for, maps become as small as suits their receivers. At most 76 bytes a texel that is
 // marked, of which a CPU touches what the lists need; lights for whose maps there is no room any more are left out,
-// with a warning that says how many. Errors: those of program_build and buffer_create.
+// with a warning that says how many. `before`, which may be NULL, are those of the frame before in a sequence: where
+// nothing in the scene moved since, lights whose maps and receivers are the same get what was drawn there, which is
+// lost to it. Errors: those of program_build and buffer_create.
 Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                          const ShadowReceivers *receivers, Log *log);
+                          const ShadowReceivers *receivers, ShadowHybrid *before, Log *log);
 
 // False where nothing of a light's maps is drawn: all its rays are to be traced.
 bool shadow_hybrid_has(const ShadowHybrid *hybrid, uint32_t light);

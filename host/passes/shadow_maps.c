@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "passes/movers.h"
+
 uint64_t shadow_bytes_most(const ShadowOptions *options, const Device *device)
 {
   return device_budget(device, options->max_bytes, 2000000000);
@@ -33,46 +35,92 @@ static void lights_fit(ShadowMaps *maps, ShadowFit *fits, const DeviceScene *sce
   }
 }
 
-static Status light_draw(const ShadowMaps *maps, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                         const ShadowFit *fit, Log *log)
+// Infos and views of all lights.
+static Status tables_make(ShadowMaps *maps, Device *device, const ShadowFit *fits, Log *log)
+{
+  Status status = STATUS_OK;
+  maps->view_table = malloc(((size_t)maps->light_count * SHADOW_VIEWS_MOST + 1) * sizeof *maps->view_table);
+  if (!maps->view_table) return log_no_memory(log, "shadow maps");
+  for (uint32_t i = 0; i < maps->light_count; i++) {
+    maps->lights[i] = fits[i].info;
+    memcpy(maps->view_table + maps->view_count, fits[i].views, fits[i].info.view_count * sizeof *maps->view_table);
+    maps->view_count += fits[i].info.view_count;
+  }
+  TRY(buffer_create(&maps->infos, device, maps->light_count * sizeof *maps->lights, maps->lights, "shadow maps", log));
+  TRY(buffer_create(&maps->views, device, maps->view_count * sizeof *maps->view_table, maps->view_table, "shadow maps",
+                    log));
+
+done:
+  return status;
+}
+
+static uint32_t view_texels(const ShadowInfo *info) { return info->size_px * info->size_px; }
+
+// Do all maps lie where those before lay?
+static bool places_are_same(const ShadowMaps *maps, const ShadowMaps *before)
+{
+  if (maps->light_count != before->light_count || maps->bytes != before->bytes) return false;
+  for (uint32_t i = 0; i < maps->light_count; i++) {
+    const ShadowInfo *a = &maps->lights[i], *b = &before->lights[i];
+    if (a->view_count != b->view_count || a->size_px != b->size_px || a->first_texel != b->first_texel) return false;
+  }
+  return true;
+}
+
+// Did a light's view look the same in the frame before, upon what has not moved?
+static bool view_stayed(const ShadowMaps *maps, const ShadowMaps *before, uint32_t light, uint32_t view,
+                        const DeviceScene *scene)
+{
+  if (!before || light >= before->light_count || view >= before->lights[light].view_count) return false;
+  const ShadowView *now = &maps->view_table[maps->lights[light].first_view + view];
+  const ShadowView *then = &before->view_table[before->lights[light].first_view + view];
+  return memcmp(now, then, sizeof *now) == 0 && !movers_seen(scene, &now->raster);
+}
+
+// Draws views [first, first + count) of a light.
+static Status views_draw(const ShadowMaps *maps, Device *device, const DeviceScene *scene, const RasterScene *triangles,
+                         uint32_t light, uint32_t first, uint32_t count, Log *log)
 {
   Status status = STATUS_OK;
   RasterDepth raster = {0};
   RasterView views[SHADOW_VIEWS_MOST];
-  const ShadowInfo *info = &fit->info;
-  for (uint32_t i = 0; i < info->view_count; i++) views[i] = fit->views[i].raster;
-  TRY(raster_depth_make(&raster, device, scene, info->size_px, info->view_count, &(RasterOptions){0}, log));
-  TRY(raster_depth_into(&raster, device, scene, triangles, views, info->view_count, &maps->maps, info->first_texel,
-                        log));
+  const ShadowInfo *info = &maps->lights[light];
+  if (count == 0) return STATUS_OK;
+  for (uint32_t i = 0; i < count; i++) views[i] = maps->view_table[info->first_view + first + i].raster;
+  TRY(raster_depth_make(&raster, device, scene, info->size_px, count, &(RasterOptions){0}, log));
+  TRY(raster_depth_into(&raster, device, scene, triangles, views, count, &maps->maps,
+                        info->first_texel + first * view_texels(info), log));
 
 done:
   raster_depth_free(&raster);
   return status;
 }
 
-// Infos and views of all lights, and room for the maps.
-static Status tables_make(ShadowMaps *maps, Device *device, const ShadowFit *fits, Log *log)
+// Draws what did not stay of a light's maps; `copied`, the rest lies in another buffer as yet.
+static Status light_draw(ShadowMaps *maps, const ShadowMaps *before, bool copied, Device *device,
+                         const DeviceScene *scene, const RasterScene *triangles, uint32_t light, Log *log)
 {
   Status status = STATUS_OK;
-  uint32_t count = 0;
-  ShadowView *views = malloc(((size_t)maps->light_count * SHADOW_VIEWS_MOST + 1) * sizeof *views);
-  if (!views) return log_no_memory(log, "shadow maps");
-  for (uint32_t i = 0; i < maps->light_count; i++) {
-    maps->lights[i] = fits[i].info;
-    memcpy(views + count, fits[i].views, fits[i].info.view_count * sizeof *views);
-    count += fits[i].info.view_count;
+  const ShadowInfo *info = &maps->lights[light];
+  uint32_t drawn = 0;  // views before it are done
+  for (uint32_t view = 0; view < info->view_count; view++) {
+    if (!view_stayed(maps, before, light, view, scene)) continue;
+    TRY(views_draw(maps, device, scene, triangles, light, drawn, view - drawn, log));
+    drawn = view + 1;
+    maps->kept[light]++;
+    const size_t texels = view_texels(info), offset = view * texels;
+    if (copied)
+      TRY(buffer_copy_words(device, &before->maps, before->lights[light].first_texel + offset, &maps->maps,
+                            info->first_texel + offset, texels, log));
   }
-  TRY(buffer_create(&maps->infos, device, maps->light_count * sizeof *maps->lights, maps->lights, "shadow maps", log));
-  TRY(buffer_create(&maps->views, device, count * sizeof *views, views, "shadow maps", log));
-  TRY(buffer_create(&maps->maps, device, maps->bytes, NULL, "shadow maps", log));
+  TRY(views_draw(maps, device, scene, triangles, light, drawn, info->view_count - drawn, log));
 
 done:
-  free(views);
   return status;
 }
 
 Status shadow_maps_make(ShadowMaps *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                        const Plan *plan, const CameraInfo *camera, Log *log)
+                        const Plan *plan, const CameraInfo *camera, ShadowMaps *before, Log *log)
 {
   Status status = STATUS_OK;
   bool wanted = plan_uses_shadow_maps(plan) && plan->shadows != SHADOWS_HYBRID;
@@ -80,14 +128,22 @@ Status shadow_maps_make(ShadowMaps *out, Device *device, const DeviceScene *scen
   const uint64_t most = shadow_bytes_most(&plan->shadow_options, device);
   ShadowFit *fits = calloc(maps.light_count + 1, sizeof *fits);
   maps.lights = calloc(maps.light_count + 1, sizeof *maps.lights);
-  if (!maps.lights || !fits) {
+  maps.kept = calloc(maps.light_count + 1, sizeof *maps.kept);
+  if (!maps.lights || !maps.kept || !fits) {
     status = log_no_memory(log, "shadow maps");
     goto done;
   }
   lights_fit(&maps, fits, scene, plan, camera, most);
   TRY(tables_make(&maps, device, fits, log));
+  const bool same_places = before && places_are_same(&maps, before);
+  if (same_places) {
+    maps.maps = before->maps;
+    before->maps = (DeviceBuffer){0};
+  } else {
+    TRY(buffer_create(&maps.maps, device, maps.bytes, NULL, "shadow maps", log));
+  }
   for (uint32_t i = 0; i < maps.light_count; i++)
-    if (shadow_maps_have(&maps, i)) TRY(light_draw(&maps, device, scene, triangles, &fits[i], log));
+    TRY(light_draw(&maps, before, !same_places, device, scene, triangles, i, log));
   if (maps.left_out)
     log_warn(log, "--shadows: maps of %u of %u lights would take over %.1f GB: these lights' shadows are traced",
              maps.left_out, maps.light_count, 1e-9 * (double)most);
@@ -105,6 +161,8 @@ void shadow_maps_free(ShadowMaps *maps)
   DeviceBuffer *buffers[] = {&maps->infos, &maps->views, &maps->maps};
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
   free(maps->lights);
+  free(maps->view_table);
+  free(maps->kept);
   *maps = (ShadowMaps){0};
 }
 

@@ -9,6 +9,9 @@ typedef struct ShadowMaps {
   ShadowInfo *lights;  // [light_count], the host's copy of `infos`. A light without any maps (it sends no light, or the
                        // maps' memory was spent before its turn) has a view_count of 0: rays are its method.
   uint32_t light_count, left_out;
+  ShadowView *view_table;  // [view_count], the host's copy of `views`
+  uint32_t view_count;
+  uint32_t *kept;  // [light_count]: views that are as they were in the frame before
   uint64_t bytes;
   DeviceBuffer infos;  // ShadowInfo [light_count]
   DeviceBuffer views;  // ShadowView, of all lights
@@ -16,9 +19,11 @@ typedef struct ShadowMaps {
 } ShadowMaps;
 
 // Fits and draws the maps of every light; without any where the plan's shadows take none. Lights for whose maps there
-// is no room any more are left out, with a warning that says how many. Errors: those of raster_depth and buffer_create.
+// is no room any more are left out, with a warning that says how many. Views that look as one of `before` did, and in
+// which nothing moved since, are taken from there and not drawn: `before` are the maps of the frame before in a
+// sequence, which may lose their texels, or NULL. Errors: those of raster_depth and buffer_create.
 Status shadow_maps_make(ShadowMaps *out, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                        const Plan *plan, const CameraInfo *camera, Log *log);
+                        const Plan *plan, const CameraInfo *camera, ShadowMaps *before, Log *log);
 void shadow_maps_free(ShadowMaps *maps);
 
 // What the maps of all lights may take.

@@ -190,8 +190,9 @@ static Status tables_make(SureMaps *maps, const ShadowFit *fits, Log *log)
   maps->tile_count = 0;
   maps->lights = calloc(maps->light_count + 1, sizeof *maps->lights);
   maps->known_tiles = calloc(maps->light_count + 1, sizeof *maps->known_tiles);
+  maps->stayed = calloc(maps->light_count + 1, sizeof *maps->stayed);
   maps->view_table = malloc(((size_t)maps->light_count * SHADOW_VIEWS_MOST + 1) * sizeof *maps->view_table);
-  if (!maps->lights || !maps->known_tiles || !maps->view_table) return log_no_memory(log, "sure maps");
+  if (!maps->lights || !maps->known_tiles || !maps->stayed || !maps->view_table) return log_no_memory(log, "sure maps");
   for (uint32_t i = 0; i < maps->light_count; i++) {
     ShadowInfo *info = &maps->lights[i];
     *info = fits[i].info;
@@ -281,52 +282,6 @@ done:
   return status;
 }
 
-// What cl/rays/shadow_mark.cl made a mark of.
-static float least_of(uint32_t mark)
-{
-  float least;
-  uint32_t bits = mark >> 31 ? mark & 0x7fffffffu : ~mark;
-  memcpy(&least, &bits, sizeof least);
-  return least;
-}
-
-// Tiles as they are before anything is drawn. `marks`: NULL where all are to be known.
-static void tiles_fill(SureMaps *maps, ShadowTile *tiles, const uint32_t *marks)
-{
-  maps->block_count = 0;
-  for (uint32_t light = 0; light < maps->light_count; light++) {
-    const ShadowInfo *info = &maps->lights[light];
-    maps->known_tiles[light] = 0;
-    for (uint32_t i = info->first_texel; i < info->first_texel + sure_maps_tiles(info); i++) {
-      bool known = !marks || marks[i] != SHADOW_TILE_UNKNOWN;
-      tiles[i] = (ShadowTile){known ? maps->block_count : SHADOW_TILE_UNKNOWN,
-                              marks && known ? least_of(marks[i]) : -INFINITY, -INFINITY, -INFINITY};
-      if (!known) continue;
-      maps->block_count += SHADOW_TILE_BLOCKS;
-      maps->known_tiles[light]++;
-    }
-  }
-}
-
-Status sure_maps_settle(SureMaps *maps, Device *device, Log *log)
-{
-  Status status = STATUS_OK;
-  const size_t count = maps->tile_count;
-  ShadowTile *tiles = malloc((count + 1) * sizeof *tiles);
-  if (!tiles) return log_no_memory(log, "sure maps");
-  tiles_fill(maps, tiles, maps->seen);
-  const size_t blocks = maps->block_count;
-  TRY(buffer_create(&maps->tiles, device, count * sizeof *tiles, tiles, "sure maps", log));
-  TRY(buffer_create(&maps->blocks, device, blocks * sizeof(ShadowBlock), NULL, "sure maps", log));
-  TRY(buffer_create(&maps->rows, device, (SHADOW_NUMBERS - 1) * blocks * sizeof(ShadowRow), NULL, "sure maps", log));
-
-done:
-  free(maps->seen);
-  maps->seen = NULL;
-  free(tiles);
-  return status;
-}
-
 // By passes over the scene's chunks, as depth maps are (passes/raster_depth.c).
 Status sure_maps_draw(SureMaps *maps, uint32_t light, SureRaster *raster, Device *device, const RasterScene *triangles,
                       const DeviceBuffer *marks, uint32_t what, Log *log)
@@ -335,7 +290,7 @@ Status sure_maps_draw(SureMaps *maps, uint32_t light, SureRaster *raster, Device
   const ShadowInfo *info = &maps->lights[light];
   const uint32_t views = info->view_count, bin_px = raster->way == RASTER_WAY_BINS ? RASTER_BIN_PX : SURE_BIN_PX;
   DeviceBuffer view_table = {0};
-  if (maps->known_tiles[light] == 0) return STATUS_OK;
+  if (maps->known_tiles[light] == 0 || maps->stayed[light]) return STATUS_OK;
   uint32_t pass_chunks = raster->pass_chunks / views;
   const SureDrawing drawing = {
       .maps = maps,
@@ -369,6 +324,7 @@ void sure_maps_free(SureMaps *maps)
   for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++) buffer_free(buffers[i]);
   free(maps->lights);
   free(maps->known_tiles);
+  free(maps->stayed);
   free(maps->view_table);
   free(maps->seen);
   *maps = (SureMaps){0};

@@ -11,11 +11,12 @@ typedef struct SureMaps {
   uint32_t light_count;
   ShadowInfo *lights;     // [light_count], the host's copy of `infos`; a light without maps has a view_count of 0
   uint32_t *known_tiles;  // [light_count]: to be drawn
+  bool *stayed;           // [light_count]: they are drawn already, in the frame before
   ShadowView *view_table;
   DeviceBuffer infos, views;  // ShadowInfo [light_count], ShadowView of all lights
   uint32_t tile_count, block_count;
   DeviceBuffer marks;   // uint [tile_count], until they are read
-  uint32_t *seen;       // [tile_count], the marks as read, until it is settled which tiles are known; NULL: all are
+  uint32_t *seen;       // [tile_count], the marks as read; NULL: all tiles are known
   DeviceBuffer tiles;   // ShadowTile [tile_count]: of light after light, view after view, row by row
   DeviceBuffer blocks;  // ShadowBlock [block_count]
   DeviceBuffer rows;    // ShadowRow [SHADOW_NUMBERS - 1][block_count]
@@ -40,8 +41,10 @@ uint32_t sure_maps_marked(const SureMaps *maps, uint32_t light, uint32_t level);
 // Errors: those of buffer_create.
 Status sure_maps_shrink(SureMaps *maps, Device *device, const ShadowFit *fits, const uint8_t *levels, Log *log);
 
-// Makes room for what the marks ask. Errors: those of buffer_create.
-Status sure_maps_settle(SureMaps *maps, Device *device, Log *log);
+// Makes room for what the marks ask. `before`, which may be NULL, are maps that were drawn of the same triangles:
+// lights that had the same maps and marks there get what was drawn; its buffers may be taken. Errors: those of
+// buffer_create.
+Status sure_maps_settle(SureMaps *maps, Device *device, SureMaps *before, Log *log);
 
 // What draws them, light after light.
 typedef struct SureRaster {
@@ -59,8 +62,8 @@ Status sure_raster_make(SureRaster *out, Device *device, const RasterScene *tria
                         Log *log);
 void sure_raster_free(SureRaster *raster);
 
-// Draws a light's maps, which are settled. `marks` has a bit a triangle (device_scene/solid.h), and `what` says what
-// that means: SURE_NONE_MARKED and the others of shared/shadow.h. Errors: those of buffer_create.
+// Draws a light's maps, which are settled, unless they stayed. `marks` has a bit a triangle (device_scene/solid.h), and
+// `what` says what that means: SURE_NONE_MARKED and the others of shared/shadow.h. Errors: those of buffer_create.
 Status sure_maps_draw(SureMaps *maps, uint32_t light, SureRaster *raster, Device *device, const RasterScene *triangles,
                       const DeviceBuffer *marks, uint32_t what, Log *log);
 void sure_maps_free(SureMaps *maps);

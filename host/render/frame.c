@@ -47,18 +47,29 @@ done:
   return status;
 }
 
+// The triangles for raster: those of the frame before where none moved.
+static Status raster_scene_take(Frame *frame, Frame *before, Log *log)
+{
+  if (!before || frame->scene->mover_count || !before->raster_scene.blocks.memory)
+    return raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &(RasterOptions){0}, log);
+  frame->raster_scene = before->raster_scene;
+  before->raster_scene = (RasterScene){0};
+  return STATUS_OK;
+}
+
 static Status raster_make(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const RasterOptions options = {0};
   const Plan *plan = &frame->request.plan;
+  Frame *before = frame->request.before;
   bool raster = plan->primary == PRIMARY_RASTER, maps = plan_uses_shadow_maps(plan);
   bool cubes = plan_uses_cubes(plan) && plan->cubes.visibility != PRIMARY_RAYS;
   bool planar = plan->reflections == REFLECTIONS_PLANAR;
   if (raster || maps || cubes || planar || plan_uses_reflections(plan, REFLECTIONS_HYBRID))
-    TRY(raster_scene_make(&frame->raster_scene, frame->device, frame->scene, &options, log));
+    TRY(raster_scene_take(frame, before, log));
   TRY(shadow_maps_make(&frame->shadow_maps, frame->device, frame->scene, &frame->raster_scene, plan,
-                       &frame->camera.info, log));
+                       &frame->camera.info, before ? &before->shadow_maps : NULL, log));
   if (plan->shadows == SHADOWS_HYBRID)
     TRY(shadow_hybrid_make(&frame->shadow_hybrid, frame->device, frame->scene, plan, &frame->camera.info,
                            frame->capacity, log));
@@ -110,6 +121,7 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   if (request->plan.shadows == SHADOWS_HYBRID) TRY(shadow_receivers_prepare(&frame, log));
   TRY(known_hits_make(&frame.known_hits, device, frame.capacity, plan_knows_hits(&request->plan), log));
   TRY(reflectors_prepare(&frame, log));
+  frame.request.before = NULL;
   *out = frame;
   frame = (Frame){0};
 
@@ -129,6 +141,7 @@ void frame_free(Frame *frame)
   hybrid_reflect_free(&frame->hybrid_reflect);
   known_hits_free(&frame->known_hits);
   planar_free(&frame->planar);
+  cube_record_free(&frame->cubes_drawn);
   cube_capture_free(&frame->cube_capture);
   near_objects_free(&frame->near_objects);
   near_reflect_free(&frame->near_reflect);

@@ -16,6 +16,7 @@
 #include "passes/shadow_maps.h"
 #include "passes/trace.h"
 #include "plan/plan.h"
+#include "render/kept_cubes.h"
 #include "render/near_objects.h"
 #include "render/reflection_sights.h"
 
@@ -28,6 +29,8 @@ typedef enum AovSet {
 
 // Called now and then with the share of the work done; `context` is the caller's.
 typedef void (*FrameProgress)(void *context, double share);
+
+typedef struct Frame Frame;
 
 typedef struct FrameRequest {
   const Camera *camera;
@@ -46,6 +49,9 @@ typedef struct FrameRequest {
   uint32_t block_px;
   FrameProgress progress;
   void *progress_context;
+  // The frame before in a sequence, of the same device, scene and settings, or NULL: maps of what has not moved are
+  // taken from it, and it is good for nothing but frame_free then.
+  Frame *before;
 } FrameRequest;
 
 // Streams that can wait at once: two, save where surfaces behind each other both reflect and let through.
@@ -61,11 +67,12 @@ typedef struct ReflectorSummary {
   double rays_ms, hybrid_ms;       // predicted for those that are not flat (plan/reflection_cost.h)
   uint32_t least_px, greatest_px;  // sizes of the maps
   uint64_t bytes;
+  uint32_t faces_kept;  // of the cubes', as they were in the frame before
 } ReflectorSummary;
 
 // Device resources of a frame. Buffers grow with the wave (device_traits()->wave_rays), not with the picture, save 32
 // bytes a pixel for the picture itself.
-typedef struct Frame {
+struct Frame {
   Device *device;
   const DeviceScene *scene;
   FrameRequest request;
@@ -76,8 +83,9 @@ typedef struct Frame {
   ShadowHybrid shadow_hybrid;
   CubeReflect cube_reflect;  // where maps answer reflected rays
   HybridReflect hybrid_reflect;
-  KnownHits known_hits;      // of rays that need not be traced
-  Planar planar;             // with REFLECTIONS_PLANAR
+  KnownHits known_hits;  // of rays that need not be traced
+  Planar planar;         // with REFLECTIONS_PLANAR
+  CubeRecord cubes_drawn;
   CubeCapture cube_capture;  // while cube maps are drawn
   bool capturing;            // a wave is one of a cube map's faces, without AOVs
   NearObjects near_objects;  // where lists answer them, as `near_reflect`
@@ -99,7 +107,7 @@ typedef struct Frame {
   DeviceBuffer radiance;                             // Float4 by slot of the wave
   DeviceBuffer own_sums, unshadowed_sums, lit_sums;  // of the first hits, for AOV_SET_SHADOW
   DeviceBuffer direct_sums;                          // of all that camera rays see, for AOV_SET_REFLECTION
-} Frame;
+};
 
 // The camera of the waves that are rendered: the picture's, or a cube map's.
 const CameraRays *frame_camera(const Frame *frame);

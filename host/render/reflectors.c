@@ -9,6 +9,7 @@
 #include "render/bounce.h"
 #include "render/capture_waves.h"
 #include "render/cube_doubts.h"
+#include "render/kept_cubes.h"
 #include "render/mirrors_seen.h"
 #include "render/planar.h"
 #include "shared/stream.h"
@@ -254,15 +255,6 @@ done:
   return status;
 }
 
-// What is nearer to a cube's centre is within the reflector, or nearer than a picture of the whole scene tells apart.
-static float cube_near_m(const DeviceScene *scene, const CubeInfo *cube)
-{
-  Vec3 low = {0}, high = {0};
-  scene_object_bounds(scene->source, cube->object, &low, &high);
-  Vec3 size = vec3_sub(high, low);
-  return (float)fmin(4e-5 * scene->extent_m, 0.05 * fmin(size.x, fmin(size.y, size.z)));
-}
-
 // Is raster the cheaper way to find what a cube sees?
 static bool cube_by_raster(const Frame *frame, const CubeInfo *cube)
 {
@@ -274,12 +266,34 @@ static bool cube_by_raster(const Frame *frame, const CubeInfo *cube)
   return primary_choose(frame->request.plan.cubes.visibility, &cost) == PRIMARY_RASTER;
 }
 
+static uint32_t bits_count(uint32_t bits)
+{
+  uint32_t count = 0;
+  for (; bits; bits &= bits - 1) count++;
+  return count;
+}
+
+// Draws faces of the cube that the capture is aimed at: bit f of `faces`.
+static Status faces_draw(Frame *frame, uint32_t size, uint32_t faces, uint32_t samples, Log *log)
+{
+  Status status = STATUS_OK;
+  const uint32_t face_tiles = size / TILE_SIZE * (size / TILE_SIZE);
+  if (faces == CUBE_ALL_FACES) return capture_waves(frame, size, CUBE_FACES * size, samples, cube_keep, log);
+  for (uint32_t face = 0; face < CUBE_FACES; face++)
+    if (faces >> face & 1)
+      TRY(capture_some_waves(frame, size, CUBE_FACES * size, face * face_tiles, face_tiles, samples, cube_keep, log));
+
+done:
+  return status;
+}
+
 // Draws all cubes with the frame's own streams and shader; the frame is put back as it was.
-static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Log *log)
+static Status cubes_draw(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const FrameRequest request = frame->request;
   const CameraInfo camera = frame->camera.info;
+  const CubeInfo *cubes = frame->cubes_drawn.cubes;
   const uint32_t objects = frame->scene->object_count;
   CubeReflect maps = frame->cube_reflect;
   bool by_chance = request.plan.environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
@@ -301,22 +315,27 @@ static Status cubes_draw(Frame *frame, const CubeInfo *cubes, uint32_t count, Lo
   if (request.plan.rough_by_maps)
     TRY(cube_prefilter_make(&prefilter, frame->device, frame->reflectors.greatest_px, log));
   if (doubted) TRY(cube_doubt_make(&doubt, frame->device, frame->capacity, frame->reflectors.greatest_px, log));
-  for (uint32_t i = 0; i < count; i++) {
+  for (uint32_t i = 0; i < frame->cubes_drawn.count; i++) {
+    uint32_t faces = CUBE_ALL_FACES;
+    if (!lists && !doubted) TRY(cube_take(&faces, frame, i, log));
+    const bool taken = faces != CUBE_ALL_FACES;
+    frame->reflectors.faces_kept += CUBE_FACES - bits_count(faces);
+    if (!faces) continue;
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object == cubes[i].object;
     near_objects_mark(&frame->near_objects, i, left_out);
-    TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i],
-                         cube_near_m(frame->scene, &cubes[i]), left_out, log));
+    TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], frame->cubes_drawn.nears_m[i],
+                         left_out, log));
     if (cube_by_raster(frame, &cubes[i]))
       TRY(cube_capture_raster(&frame->cube_capture, frame->device, frame->scene, &frame->raster_scene, left_out,
                               frame->capacity, log));
-    TRY(capture_waves(frame, cubes[i].size, CUBE_FACES * cubes[i].size, samples, cube_keep, log));
+    TRY(faces_draw(frame, cubes[i].size, faces, samples, log));
     if (cubes[i].first_level != CUBE_NONE)
       TRY(cube_prefilter(&prefilter, frame->device, &cubes[i], &maps.texels, &maps.levels, log));
     if (doubted) TRY(cube_doubts_draw(frame, &doubt, &cubes[i], log));
     if (!marched) continue;
     TRY(cube_capture_cells(&frame->cube_capture, frame->device, cubes[i].size, &frame->cube_reflect.texels,
                            &frame->cube_reflect.cells, log));
-    if (lists || isinf(cubes[i].hull_least)) continue;  // with lists the reflector itself is traced
+    if (taken || lists || isinf(cubes[i].hull_least)) continue;  // with lists the reflector itself is traced
     for (uint32_t object = 0; object < objects; object++) left_out[object] = object != cubes[i].object;
     TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], 0, left_out, log));
     TRY(hull_draw(frame, &cubes[i], log));
@@ -378,6 +397,26 @@ static Status hybrid_prepare(Frame *frame, const CubeInfo *cubes, uint32_t count
   return status;
 }
 
+// Takes all that the frame before made about its cubes.
+static void cubes_take_all(Frame *frame)
+{
+  Frame *before = frame->request.before;
+  frame->near_objects = before->near_objects;
+  frame->near_reflect = before->near_reflect;
+  frame->cube_reflect = before->cube_reflect;
+  frame->hybrid_reflect = before->hybrid_reflect;
+  before->near_objects = (NearObjects){0};
+  before->near_reflect = (NearReflect){0};
+  before->cube_reflect = (CubeReflect){0};
+  before->hybrid_reflect = (HybridReflect){0};
+  frame->cube_reflect.environment_levels = frame->shader.environment_levels;
+  frame->cube_reflect.looked_up = frame->cube_reflect.left = 0;
+  frame->hybrid_reflect.shaded = 0;
+  frame->near_reflect.looked_up = 0;
+  memset(frame->near_reflect.totals, 0, sizeof frame->near_reflect.totals);
+  frame->reflectors.faces_kept = CUBE_FACES * frame->cubes_drawn.count;
+}
+
 Status reflectors_prepare(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
@@ -403,6 +442,11 @@ Status reflectors_prepare(Frame *frame, Log *log)
     qsort(reflectors, count, sizeof *reflectors, reflector_compare);
     cubes_fit(&room, frame, reflectors, count, factor, log);
   }
+  TRY(cube_record_make(&frame->cubes_drawn, frame, room.cubes, room.count, room.mirrors, log));
+  if (room.count && cubes_stayed(frame)) {
+    cubes_take_all(frame);
+    goto done;
+  }
   if (room.mirrors && plan_uses_lists(plan)) {
     uint64_t most = device_budget(frame->device, plan->cubes.max_bytes, CUBES_MOST_BYTES);
     TRY(near_objects_list(&frame->near_objects, frame, room.cubes, room.mirrors, room.cube_of_object,
@@ -414,7 +458,7 @@ Status reflectors_prepare(Frame *frame, Log *log)
   frame->cube_reflect.environment_levels = frame->shader.environment_levels;
   if (room.count && plan_uses_reflections(plan, REFLECTIONS_HYBRID))
     TRY(hybrid_prepare(frame, room.cubes, room.count, log));
-  if (room.count) TRY(cubes_draw(frame, room.cubes, room.count, log));
+  if (room.count) TRY(cubes_draw(frame, log));
 
 done:
   free(room.cube_of_object);

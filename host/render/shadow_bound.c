@@ -75,8 +75,8 @@ static Status finer_make(ShadowMaps *out, const Frame *frame, Log *log)
   uint32_t size = largest * 4 < FINER_PX ? largest * 4 : largest * 2 < FINER_PX ? FINER_PX : largest * 2;
   if (plan.shadows != SHADOWS_PCSS || size > SHADOW_MAP_MOST_PX) return STATUS_OK;
   plan.shadow_options.map_size_px = size;
-  Status status =
-      shadow_maps_make(out, frame->device, frame->scene, &frame->raster_scene, &plan, &frame->camera.info, &quiet);
+  Status status = shadow_maps_make(out, frame->device, frame->scene, &frame->raster_scene, &plan, &frame->camera.info,
+                                   NULL, &quiet);
   return status ? log_fail(log, status, "%s", quiet.error) : STATUS_OK;
 }
 

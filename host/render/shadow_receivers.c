@@ -47,7 +47,8 @@ Status shadow_receivers_prepare(Frame *frame, Log *log)
   TRY(camera_rays_make(&frame->camera, frame->device, &info, 1, log));
   if (frame->scene->triangle_count > 0) TRY(probes_mark(frame, log));  // a frame may be there for its programs alone
   TRY(shadow_hybrid_draw(&frame->shadow_hybrid, frame->device, frame->scene, &frame->raster_scene,
-                         &(ShadowReceivers){&picture.info, request.samples, PROBE_PX * PROBE_PX}, log));
+                         &(ShadowReceivers){&picture.info, request.samples, PROBE_PX * PROBE_PX},
+                         request.before ? &request.before->shadow_hybrid : NULL, log));
 
 done:
   camera_rays_free(&frame->camera);

@@ -1,0 +1,132 @@
+// Room for sure maps, and what of it is filled by those of the frame before.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "passes/sure_maps.h"
+
+// What cl/rays/shadow_mark.cl made a mark of.
+static float least_of(uint32_t mark)
+{
+  float least;
+  uint32_t bits = mark >> 31 ? mark & 0x7fffffffu : ~mark;
+  memcpy(&least, &bits, sizeof least);
+  return least;
+}
+
+// Tiles as they are before anything is drawn.
+static void tiles_fill(SureMaps *maps, ShadowTile *tiles)
+{
+  const uint32_t *marks = maps->seen;
+  maps->block_count = 0;
+  for (uint32_t light = 0; light < maps->light_count; light++) {
+    const ShadowInfo *info = &maps->lights[light];
+    maps->known_tiles[light] = 0;
+    for (uint32_t i = info->first_texel; i < info->first_texel + sure_maps_tiles(info); i++) {
+      bool known = !marks || marks[i] != SHADOW_TILE_UNKNOWN;
+      tiles[i] = (ShadowTile){known ? maps->block_count : SHADOW_TILE_UNKNOWN,
+                              marks && known ? least_of(marks[i]) : -INFINITY, -INFINITY, -INFINITY};
+      if (!known) continue;
+      maps->block_count += SHADOW_TILE_BLOCKS;
+      maps->known_tiles[light]++;
+    }
+  }
+}
+
+static bool light_stayed(const SureMaps *maps, const SureMaps *before, uint32_t light)
+{
+  if (!maps->seen || !before->seen || light >= before->light_count) return false;
+  ShadowInfo a = maps->lights[light], b = before->lights[light];
+  const ShadowView *views = maps->view_table + a.first_view, *views_before = before->view_table + b.first_view;
+  const uint32_t *seen = maps->seen + a.first_texel, *seen_before = before->seen + b.first_texel;
+  a.first_view = b.first_view = a.first_texel = b.first_texel = 0;
+  return memcmp(&a, &b, sizeof a) == 0 && memcmp(views, views_before, a.view_count * sizeof *views) == 0 &&
+         memcmp(seen, seen_before, sure_maps_tiles(&a) * sizeof *seen) == 0;
+}
+
+// Blocks of lights before this one.
+static uint32_t first_block(const SureMaps *maps, uint32_t light)
+{
+  uint32_t tiles = 0;
+  for (uint32_t i = 0; i < light; i++) tiles += maps->known_tiles[i];
+  return tiles * SHADOW_TILE_BLOCKS;
+}
+
+// The tiles of lights that stayed, as they were drawn; says whether all that is behind them lies where it lay.
+static void tiles_take(ShadowTile *tiles, bool *in_place, const SureMaps *maps, const SureMaps *before,
+                       const ShadowTile *tiles_before)
+{
+  *in_place = maps->block_count == before->block_count;
+  for (uint32_t light = 0; light < maps->light_count; light++) {
+    if (!maps->stayed[light]) continue;
+    const ShadowInfo *info = &maps->lights[light];
+    const uint32_t shift = first_block(maps, light) - first_block(before, light);
+    *in_place &= shift == 0;
+    for (uint32_t i = 0; i < sure_maps_tiles(info); i++) {
+      ShadowTile tile = tiles_before[before->lights[light].first_texel + i];
+      if (tile.first_block != SHADOW_TILE_UNKNOWN) tile.first_block += shift;
+      tiles[info->first_texel + i] = tile;
+    }
+  }
+}
+
+static Status blocks_copy(const SureMaps *maps, const SureMaps *before, Device *device, uint32_t light, Log *log)
+{
+  Status status = STATUS_OK;
+  const size_t block = sizeof(ShadowBlock) / sizeof(uint32_t), row = sizeof(ShadowRow) / sizeof(uint32_t);
+  const size_t from = first_block(before, light), to = first_block(maps, light),
+               count = (size_t)maps->known_tiles[light] * SHADOW_TILE_BLOCKS;
+  TRY(buffer_copy_words(device, &before->blocks, from * block, &maps->blocks, to * block, count * block, log));
+  for (size_t k = 0; k < SHADOW_NUMBERS - 1; k++)
+    TRY(buffer_copy_words(device, &before->rows, (k * before->block_count + from) * row, &maps->rows,
+                          (k * maps->block_count + to) * row, count * row, log));
+
+done:
+  return status;
+}
+
+static Status blocks_make(SureMaps *maps, Device *device, SureMaps *before, bool in_place, Log *log)
+{
+  Status status = STATUS_OK;
+  const size_t blocks = maps->block_count;
+  if (in_place) {
+    maps->blocks = before->blocks;
+    maps->rows = before->rows;
+    before->blocks = before->rows = (DeviceBuffer){0};
+    return STATUS_OK;
+  }
+  TRY(buffer_create(&maps->blocks, device, blocks * sizeof(ShadowBlock), NULL, "sure maps", log));
+  TRY(buffer_create(&maps->rows, device, (SHADOW_NUMBERS - 1) * blocks * sizeof(ShadowRow), NULL, "sure maps", log));
+  for (uint32_t i = 0; i < maps->light_count; i++)
+    if (maps->stayed[i]) TRY(blocks_copy(maps, before, device, i, log));
+
+done:
+  return status;
+}
+
+Status sure_maps_settle(SureMaps *maps, Device *device, SureMaps *before, Log *log)
+{
+  Status status = STATUS_OK;
+  const size_t count = maps->tile_count;
+  bool any = false, in_place = false;
+  ShadowTile *tiles = malloc((count + 1) * sizeof *tiles), *tiles_before = NULL;
+  if (!tiles) return log_no_memory(log, "sure maps");
+  tiles_fill(maps, tiles);
+  for (uint32_t i = 0; before && i < maps->light_count; i++) any |= maps->stayed[i] = light_stayed(maps, before, i);
+  if (any) {
+    tiles_before = malloc((before->tile_count + 1ull) * sizeof *tiles_before);
+    if (!tiles_before) {
+      status = log_no_memory(log, "sure maps");
+      goto done;
+    }
+    TRY(buffer_read(device, &before->tiles, tiles_before, before->tile_count * sizeof *tiles_before, log));
+    tiles_take(tiles, &in_place, maps, before, tiles_before);
+  }
+  TRY(buffer_create(&maps->tiles, device, count * sizeof *tiles, tiles, "sure maps", log));
+  TRY(blocks_make(maps, device, before, in_place, log));
+
+done:
+  free(tiles);
+  free(tiles_before);
+  return status;
+}

@@ -1,0 +1,172 @@
+#include "render/kept_cubes.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "passes/movers.h"
+#include "render/frame.h"
+#include "shared/stream.h"
+
+float cube_near_m(const DeviceScene *scene, const CubeInfo *cube)
+{
+  Vec3 low = {0}, high = {0};
+  scene_object_bounds(scene->source, cube->object, &low, &high);
+  Vec3 size = vec3_sub(high, low);
+  return (float)fmin(4e-5 * scene->extent_m, 0.05 * fmin(size.x, fmin(size.y, size.z)));
+}
+
+Status cube_record_make(CubeRecord *out, const Frame *frame, const CubeInfo *cubes, uint32_t count, uint32_t mirrors,
+                        Log *log)
+{
+  const DeviceScene *scene = frame->scene;
+  CubeRecord record = {
+      .count = count, .mirrors = mirrors, .light_count = scene->light_count, .camera = frame->camera.info};
+  record.cubes = calloc((size_t)count + 1, sizeof *record.cubes);
+  record.nears_m = calloc((size_t)count + 1, sizeof *record.nears_m);
+  record.lights = calloc((size_t)scene->light_count + 1, sizeof *record.lights);
+  if (!record.cubes || !record.nears_m || !record.lights) {
+    cube_record_free(&record);
+    return log_no_memory(log, "cube maps");
+  }
+  for (uint32_t i = 0; i < count; i++) {
+    record.cubes[i] = cubes[i];
+    record.nears_m[i] = cube_near_m(scene, &cubes[i]);
+  }
+  if (scene->light_count) memcpy(record.lights, scene->light_infos, scene->light_count * sizeof *record.lights);
+  *out = record;
+  return STATUS_OK;
+}
+
+void cube_record_free(CubeRecord *record)
+{
+  free(record->cubes);
+  free(record->nears_m);
+  free(record->lights);
+  *record = (CubeRecord){0};
+}
+
+// Are there the same lights, and are their shadows found by the same maps?
+static bool light_stayed(const Frame *frame, const Frame *before)
+{
+  const CubeRecord *now = &frame->cubes_drawn, *then = &before->cubes_drawn;
+  const ShadowMaps *maps = &frame->shadow_maps, *maps_then = &before->shadow_maps;
+  return now->light_count == then->light_count &&
+         memcmp(now->lights, then->lights, now->light_count * sizeof *now->lights) == 0 &&
+         maps->view_count == maps_then->view_count &&
+         (maps->view_count == 0 ||
+          memcmp(maps->view_table, maps_then->view_table, maps->view_count * sizeof *maps->view_table) == 0);
+}
+
+static bool is_same_cube(const CubeRecord *now, uint32_t cube, const CubeRecord *then, uint32_t index)
+{
+  CubeInfo a = now->cubes[cube], b = then->cubes[index];
+  const bool levels = a.first_level != CUBE_NONE, levels_then = b.first_level != CUBE_NONE;
+  a.first_texel = b.first_texel = a.first_level = b.first_level = 0;
+  return memcmp(&a, &b, sizeof a) == 0 && levels == levels_then &&
+         memcmp(&now->nears_m[cube], &then->nears_m[index], sizeof *now->nears_m) == 0;
+}
+
+bool cubes_stayed(const Frame *frame)
+{
+  const Frame *before = frame->request.before;
+  const CubeRecord *now = &frame->cubes_drawn;
+  if (!before || frame->scene->mover_count || !light_stayed(frame, before)) return false;
+  const CubeRecord *then = &before->cubes_drawn;
+  if (now->count != then->count || now->mirrors != then->mirrors) return false;
+  if (plan_uses_reflections(&frame->request.plan, REFLECTIONS_HYBRID) &&
+      memcmp(&now->camera, &then->camera, sizeof now->camera) != 0)
+    return false;
+  for (uint32_t i = 0; i < now->count; i++)
+    if (!is_same_cube(now, i, then, i)) return false;
+  return true;
+}
+
+// Is what a face shows changed by what is seen on it, and shadows there, alone? `plan` is that of captures.
+static bool is_local(const Plan *plan, const DeviceScene *scene)
+{
+  const bool sampled =
+      plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
+  const bool reflects = plan->reflected_rays && plan->reflections != REFLECTIONS_ENVIRONMENT;
+  const bool sharp = plan->shadows == SHADOWS_NONE || plan->shadows == SHADOWS_RAYS || plan->shadows == SHADOWS_HYBRID;
+  return !reflects && !(sampled && scene->environment_lights) && sharp;
+}
+
+static bool face_stayed(const Frame *frame, const CameraInfo *camera)
+{
+  const DeviceScene *scene = frame->scene;
+  const RasterView view = raster_view_of_camera(camera);
+  if (movers_seen(scene, &view)) return false;
+  for (uint32_t i = 0; i < scene->light_count && frame->request.plan.shadow_rays; i++)
+    if (mover_shadows_seen(scene, &scene->light_infos[i], &view)) return false;
+  return true;
+}
+
+// Faces of a cube, which was there, that are to be drawn anew.
+static uint32_t faces_changed(const Frame *frame, uint32_t cube)
+{
+  const CubeInfo *info = &frame->cubes_drawn.cubes[cube];
+  CameraInfo cameras[CUBE_FACES];
+  uint32_t changed = 0;
+  if (frame->scene->mover_count == 0) return 0;
+  if (!is_local(&frame->request.plan, frame->scene)) return CUBE_ALL_FACES;
+  const Float3 at = info->center;
+  cube_cameras(cameras, info->size, vec3(at.x, at.y, at.z), frame->cubes_drawn.nears_m[cube]);
+  for (uint32_t face = 0; face < CUBE_FACES; face++)
+    if (!face_stayed(frame, &cameras[face])) changed |= 1u << face;
+  const bool whole_bins = info->size % (BIN_TILES * TILE_SIZE) == 0;  // a face's tiles are numbered in a row
+  return changed && !whole_bins ? CUBE_ALL_FACES : changed;
+}
+
+typedef struct CubePart {
+  const DeviceBuffer *from, *to;
+  size_t from_first, to_first, count;  // words
+} CubePart;
+
+static Status cube_copy(Frame *frame, const CubeInfo *to, const CubeInfo *from, Log *log)
+{
+  Status status = STATUS_OK;
+  const CubeReflect *now = &frame->cube_reflect, *then = &frame->request.before->cube_reflect;
+  const size_t texels = CUBE_TEXELS((size_t)to->size), cell = CUBE_CELL * CUBE_CELL;
+  const size_t levels = to->first_level == CUBE_NONE ? 0 : cube_level_first(cube_level_count(to->size), to->size);
+  const size_t a = from->first_texel, b = to->first_texel;
+  const bool marched = now->hull.bytes > sizeof(float);
+  const CubePart parts[] = {
+      {&then->texels, &now->texels, 4 * a, 4 * b, 4 * texels},
+      {&then->levels, &now->levels, 4 * (size_t)from->first_level, 4 * (size_t)to->first_level, 4 * levels},
+      {&then->hull, &now->hull, a, b, marched ? texels : 0},
+      {&then->cells, &now->cells, a / cell, b / cell, marched ? texels / cell : 0},
+  };
+  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+    TRY(buffer_copy_words(frame->device, parts[i].from, parts[i].from_first, parts[i].to, parts[i].to_first,
+                          parts[i].count, log));
+
+done:
+  return status;
+}
+
+Status cube_take(uint32_t *faces, Frame *frame, uint32_t cube, Log *log)
+{
+  Status status = STATUS_OK;
+  const Frame *before = frame->request.before;
+  const CubeRecord *now = &frame->cubes_drawn;
+  const CubeInfo *info = &now->cubes[cube];
+  const size_t face_words = 4 * (size_t)info->size * info->size;
+  uint32_t index = 0;
+  *faces = CUBE_ALL_FACES;
+  if (!before || !light_stayed(frame, before)) return STATUS_OK;
+  const CubeRecord *then = &before->cubes_drawn;
+  while (index < then->count && !is_same_cube(now, cube, then, index)) index++;
+  if (index == then->count) return STATUS_OK;
+  uint32_t changed = faces_changed(frame, cube);
+  if (changed == CUBE_ALL_FACES) return STATUS_OK;
+  TRY(cube_copy(frame, info, &then->cubes[index], log));
+  for (uint32_t face = 0; face < CUBE_FACES; face++)
+    if (changed >> face & 1)
+      TRY(buffer_fill_part(frame->device, &frame->cube_reflect.texels,
+                           4 * (size_t)info->first_texel + face * face_words, face_words, 0, log));
+  *faces = changed;
+
+done:
+  return status;
+}

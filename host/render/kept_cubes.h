@@ -1,0 +1,37 @@
+// Cube maps that a frame of a sequence takes from the frame before it, face by face.
+#pragma once
+
+#include "passes/camera_rays.h"
+#include "passes/cube_reflect.h"
+
+typedef struct Frame Frame;
+
+// What a frame's cube maps were drawn of.
+typedef struct CubeRecord {
+  CubeInfo *cubes;    // [count], the host's copy
+  float *nears_m;     // [count], nothing nearer to the centre is in them
+  LightInfo *lights;  // [light_count], as they were
+  uint32_t count, mirrors;
+  uint32_t light_count;
+  CameraInfo camera;  // of the picture
+} CubeRecord;
+
+// Errors: STATUS_NO_MEMORY.
+Status cube_record_make(CubeRecord *out, const Frame *frame, const CubeInfo *cubes, uint32_t count, uint32_t mirrors,
+                        Log *log);
+void cube_record_free(CubeRecord *record);
+
+// What is nearer to a cube's centre is within the reflector, or nearer than a picture of the whole scene tells apart.
+float cube_near_m(const DeviceScene *scene, const CubeInfo *cube);
+
+// Are all cubes those of the frame before, and nothing has moved? Then all that was made about them may be taken as it
+// is. frame->cubes_drawn is there.
+bool cubes_stayed(const Frame *frame);
+
+enum { CUBE_ALL_FACES = (1 << CUBE_FACES) - 1 };
+
+// Takes one cube from the frame before, where it had the same, and says which faces are to be drawn anew: bit f of
+// *faces; their texels are zero. A face stays when nothing that moved is seen on it, nor the shadow of that, and light
+// and shadows are found as before. Where things are seen by way of others (deep reflections, sampled environment), or
+// maps blur shadows, nothing stays once something moves. Errors: STATUS_DEVICE.
+Status cube_take(uint32_t *faces, Frame *frame, uint32_t cube, Log *log);

@@ -1,0 +1,226 @@
+// Frames of an animation: each is the picture that a run for it alone makes, and what did not move is not drawn again.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+#include <jansson.h>
+
+#include "support/cli.h"
+#include "support/gltf_build.h"
+
+// Corners of a cube from -1 to 1, bit 0 of a corner's number being x, and its sides.
+static void cube_add(GltfBuild *build)
+{
+  float corners[8][3];
+  for (int i = 0; i < 8; i++)
+    for (int axis = 0; axis < 3; axis++) corners[i][axis] = i >> axis & 1 ? 1 : -1;
+  const uint16_t sides[36] = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
+                              2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
+  gltf_array(build, 5126, "VEC3", corners, sizeof corners, 8, ",'min':[-1,-1,-1],'max':[1,1,1]");
+  gltf_array(build, 5123, "SCALAR", sides, sizeof sides, 36, "");
+}
+
+// A floor with a mirror and two pillars on it, lit by two lamps. Its animations, of a second each, move one thing
+// alone: a box in a corner, a kite that is over what the camera sees, but not its shadow, the second lamp, or the
+// camera.
+static const char *stage_save(void)
+{
+  static GltfBuild build;
+  memset(&build, 0, sizeof build);
+  cube_add(&build);
+  GLTF_FLOATS(&build, "SCALAR", 2, 0, 1);
+  GLTF_FLOATS(&build, "VEC3", 2, 5, 0.5f, -3, 5, 0.5f, 3);
+  GLTF_FLOATS(&build, "VEC3", 2, -3, 4, 1, 1, 4, 2);
+  GLTF_FLOATS(&build, "VEC3", 2, 0, 2, 9, 1, 2.2f, 8.5f);
+  GLTF_FLOATS(&build, "VEC3", 2, 1.2f, 5.7f, 3, 1.05f, 5.7f, 3);
+#define TRACK(name, values, node)                                                                                     \
+  "{'name':'" name "','samplers':[{'input':2,'output':" #values "}],'channels':[{'sampler':0,'target':{'node':" #node \
+  ",'path':'translation'}}]}"
+  return gltf_save(
+      &build, "%s",
+      "'scene':0,'scenes':[{'nodes':[0,1,2,3,4,5,6,7,8]}],"
+      "'nodes':[{'name':'floor','mesh':0,'translation':[0,-0.1,0],'scale':[8,0.1,8]},"
+      "{'name':'mirror','mesh':1,'translation':[0,1.2,0],'rotation':[0,0.3826834,0,0.9238795]},"
+      "{'name':'pillar','mesh':0,'translation':[-3,1,0],'scale':[0.4,1,0.4]},"
+      "{'name':'pillar','mesh':0,'translation':[-2,1,3],'scale':[0.3,1,0.3]},"
+      "{'name':'box','mesh':0,'translation':[5,0.5,-3],'scale':[0.5,0.5,0.5]},"
+      "{'name':'still','translation':[1,7,3.2],'extensions':{'KHR_lights_punctual':{'light':0}}},"
+      "{'name':'moving','translation':[-3,4,1],'extensions':{'KHR_lights_punctual':{'light':1}}},"
+      "{'name':'eye','translation':[0,2,9],'camera':0},"
+      "{'name':'kite','mesh':0,'translation':[1.2,5.7,3],'scale':[0.12,0.05,0.12]}],"
+      "'cameras':[{'type':'perspective','perspective':{'yfov':0.9,'znear':0.1}}],"
+      "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'indices':1,'material':0}]},"
+      "{'primitives':[{'attributes':{'POSITION':0},'indices':1,'material':1}]}],"
+      "'materials':[{'pbrMetallicRoughness':{'metallicFactor':0}},"
+      "{'pbrMetallicRoughness':{'metallicFactor':1,'roughnessFactor':0}}],"
+      "'extensionsUsed':['KHR_lights_punctual'],"
+      "'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','intensity':60},"
+      "{'type':'point','intensity':40}]}},"
+      "'animations':[" TRACK("box", 3, 4) "," TRACK("lamp", 4, 6) "," TRACK("eye", 5, 7) "," TRACK("kite", 6, 8) "]");
+}
+
+// What was kept in the last of three frames.
+typedef struct Kept {
+  int still_views, moving_views;  // of maps of the lamp that stands still, and of the one that may move
+  int faces, all_faces;
+  int cubes;
+} Kept;
+
+static int member(json_t *object, const char *name) { return (int)json_integer_value(json_object_get(object, name)); }
+
+static Kept stats_read(const char *path)
+{
+  json_error_t error;
+  json_t *stats = json_load_file(path, 0, &error);
+  assert_non_null(stats);
+  json_t *lights = json_object_get(json_object_get(stats, "shadow_maps"), "lights");
+  json_t *maps = json_object_get(stats, "reflection_maps");
+  Kept kept = {.still_views = member(json_array_get(lights, 0), "kept"),
+               .moving_views = member(json_array_get(lights, 1), "kept"),
+               .faces = member(maps, "faces_kept"),
+               .all_faces = member(maps, "faces"),
+               .cubes = member(maps, "cubes")};
+  json_decref(stats);
+  return kept;
+}
+
+typedef struct Methods {
+  const char *shadows, *reflections, *deep_reflections;
+} Methods;
+
+enum { FRAMES = 3 };
+
+// Renders frames 4, 8 and 12 of 24 together and one by one, and fails unless they are the same bytes, and each another
+// picture than the one before it.
+static Kept frames_render(const char *scene, const char *animation, Methods methods)
+{
+  char *bytes[FRAMES];
+  size_t sizes[FRAMES];
+#define RENDER(frames, to)                                                                                         \
+  CLI_EXPECT(0, "", "render", scene, "-o", cli_path("%s", to), "--frames", frames, "--animation", animation, "-s", \
+             "96x64", "--shadows", methods.shadows, "--reflections", methods.reflections, "--deep-reflections",    \
+             methods.deep_reflections, "--shadow-map-size", "256", "--cube-size", "64", "--max-roughness", "0",    \
+             "--stats", cli_path("stats{frame:02}.json"), "-q")
+  RENDER("4-12x4", "s{frame:02}.png");
+  Kept kept = stats_read(cli_path("stats12.json"));
+  for (int i = 0; i < FRAMES; i++) {
+    const int frame = 4 + 4 * i;
+    char number[8], name[] = "alone.png";
+    snprintf(number, sizeof number, "%d", frame);
+    RENDER(number, name);
+    size_t size;
+    char *alone = cli_load(cli_path("%s", name), &size);
+    bytes[i] = cli_load(cli_path("s%02d.png", frame), &sizes[i]);
+    assert_non_null(bytes[i]);
+    if (size != sizes[i] || memcmp(alone, bytes[i], size) != 0)
+      fail_msg("%s, shadows %s, reflections %s: frame %d depends on those before it", animation, methods.shadows,
+               methods.reflections, frame);
+    free(alone);
+    if (i > 0) assert_true(sizes[i] != sizes[i - 1] || memcmp(bytes[i], bytes[i - 1], sizes[i]) != 0);
+  }
+  for (int i = 0; i < FRAMES; i++) free(bytes[i]);
+  return kept;
+}
+
+// Maps look out from lamps, whatever the camera sees; cubes stand about what the camera sees.
+static void a_moving_camera_keeps_all_maps(void **state)
+{
+  const char *scene = stage_save();
+  Kept kept = frames_render(scene, "eye", (Methods){"pcf", "impostor", "environment"});
+  assert_int_equal(kept.still_views, 6);
+  assert_int_equal(kept.moving_views, 6);
+  assert_true(kept.cubes > 0);
+  assert_int_equal(kept.faces, kept.all_faces);
+  kept = frames_render(scene, "eye", (Methods){"rays", "mixed", "rays"});
+  assert_true(kept.cubes > 0);
+  assert_int_equal(kept.faces, kept.all_faces);
+}
+
+static void a_moving_lamp_redraws_its_own_maps_alone(void **state)
+{
+  const char *scene = stage_save();
+  Kept kept = frames_render(scene, "lamp", (Methods){"map", "cube", "environment"});
+  assert_int_equal(kept.still_views, 6);
+  assert_int_equal(kept.moving_views, 0);
+  assert_int_equal(kept.faces, 0);
+  kept = frames_render(scene, "lamp", (Methods){"rays", "box", "environment"});
+  assert_int_equal(kept.faces, 0);
+  kept = frames_render(scene, "lamp", (Methods){"hybrid", "rays", "rays"});
+  assert_int_equal(kept.still_views, 6);
+  assert_int_equal(kept.moving_views, 0);
+}
+
+// The box is off to one side of lamps and mirror.
+static void a_moving_box_redraws_the_faces_that_see_it(void **state)
+{
+  const char *scene = stage_save();
+  Kept kept = frames_render(scene, "box", (Methods){"pcf", "cube", "environment"});
+  assert_in_range(kept.still_views, 1, 5);
+  assert_in_range(kept.moving_views, 1, 5);
+  assert_int_equal(kept.faces, 0);  // maps blur the edges of shadows
+  kept = frames_render(scene, "box", (Methods){"rays", "impostor", "environment"});
+  assert_in_range(kept.faces, 1, kept.all_faces - 1);
+  kept = frames_render(scene, "box", (Methods){"rays", "box", "rays"});
+  assert_int_equal(kept.faces, 0);  // it may be seen by way of another mirror
+  kept = frames_render(scene, "box", (Methods){"hybrid", "hybrid", "rays"});
+  assert_int_equal(kept.faces, 0);
+  frames_render(scene, "box", (Methods){"pcss", "snapshot", "rays"});
+}
+
+// It is seen on one face of the mirror's cube, its shadow on another; the camera sees the shadow alone.
+static void what_is_out_of_sight_moves_its_shadow(void **state)
+{
+  const char *scene = stage_save();
+  Kept kept = frames_render(scene, "kite", (Methods){"rays", "cube", "environment"});
+  assert_in_range(kept.faces, 1, kept.all_faces - 2);
+  frames_render(scene, "kite", (Methods){"hybrid", "none", "none"});
+}
+
+static void frames_and_their_names_are_checked(void **state)
+{
+  const char *scene = stage_save();
+#define REFUSED(message, ...) CLI_EXPECT(2, message, "render", scene, __VA_ARGS__)
+  REFUSED("add --frames", "-o", cli_path("{frame}.png"));
+  REFUSED("add --frames", "-o", cli_path("a.png"), "--fps", "30");
+  REFUSED("add --frames", "-o", cli_path("a.png"), "--animation", "box");
+  REFUSED("one name for many frames", "-o", cli_path("a.png"), "--frames", "0-1");
+  REFUSED("one name for many frames", "-o", cli_path("a.png"), "--frames", "all");
+  REFUSED("one name for many frames", "-o", cli_path("{frame}.png"), "--frames", "0-1", "--stats", cli_path("a.json"));
+  REFUSED("unknown name in braces", "-o", cli_path("{frame}{view}.png"), "--frames", "0-1");
+  REFUSED("no animation 'boxx'", "-o", cli_path("{frame}.png"), "--frames", "0", "--animation", "boxx");
+  static const char *const ranges[] = {"",     "-1",    "1-",    "5-4",          "1x2",        "0-4x0", "0-4x",
+                                       "0-4 ", "first", "1.5-2", "0-4294967296", "9999999999", "0--4",  "all4"};
+  for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++)
+    if (strcmp(ranges[i], "1x2") != 0) REFUSED("--frames", "-o", cli_path("{frame}.png"), "--frames", ranges[i]);
+  REFUSED("--fps 0", "-o", cli_path("{frame}.png"), "--frames", "0", "--fps", "0");
+}
+
+// A second at 4 frames a second, the one at its end included; a frame that is there already ends the run before any.
+static void all_frames_are_those_of_the_animation(void **state)
+{
+  const char *scene = stage_save();
+  CLI_EXPECT(0, "", "render", scene, "-o", cli_path("out/all{frame:03}.png"), "--frames", "all", "--fps", "4", "-s",
+             "16x16", "-q");
+  assert_string_equal(cli_list(cli_path("out")), "all000.png all001.png all002.png all003.png all004.png old.png");
+  CLI_EXPECT(5, "is there already", "render", scene, "-o", cli_path("out/all{frame:03}.png"), "--frames", "2-7",
+             "--no-clobber", "-s", "16x16", "-q");
+  assert_string_equal(cli_list(cli_path("out")), "all000.png all001.png all002.png all003.png all004.png old.png");
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_moving_camera_keeps_all_maps),
+      cmocka_unit_test(a_moving_lamp_redraws_its_own_maps_alone),
+      cmocka_unit_test(a_moving_box_redraws_the_faces_that_see_it),
+      cmocka_unit_test(what_is_out_of_sight_moves_its_shadow),
+      cmocka_unit_test(frames_and_their_names_are_checked),
+      cmocka_unit_test(all_frames_are_those_of_the_animation),
+  };
+  return cmocka_run_group_tests(tests, cli_set_up, cli_tear_down);
+}
