@@ -3,16 +3,31 @@
 //   in    sums     [pixel_count], linear radiance and coverage, over all samples
 //   out   picture  [pixel_count], RGBA: linear and premultiplied, or display-encoded in [0, 1] with straight alpha
 //
-//   Cost  32 bytes a pixel, three powers where display-encoded.
-//   From  IEC 61966-2-1 (sRGB); Hable, "Uncharted 2: HDR Lighting", GDC 2010 (filmic); Khronos, "PBR Neutral Tone
-//         Mapper", 2024 (pbr-neutral).
+//   Cost  32 bytes a pixel.
+//   From  IEC 61966-2-1 (sRGB); Kahan, "Computing a Real Cube Root", 1991 (a root's first digits from its bits); Hable,
+//         "Uncharted 2: HDR Lighting", GDC 2010 (filmic); Khronos, "PBR Neutral Tone Mapper", 2024 (pbr-neutral).
 
 #include "lib/lanes.cl"
 #include "shared/resolve.h"
 
-static inline float srgb_encode(float c)
+// c^(1 / 2.4) = (c^(1 / 12))^5 within 1e-6 of itself, for c in [0.003, 1]: pow() takes ten times as long on a CPU. A
+// third of the exponent's bits is within 4 % of the cube root, and a step of Halley's leaves a third of that, cubed.
+static inline float4 root_2_4(float4 c)
 {
-  return c <= 0.0031308f ? 12.92f * c : 1.055f * powr(c, 1.0f / 2.4f) - 0.055f;
+  float4 root = as_float4(convert_int4(convert_float4(as_int4(c)) * (1.0f / 3)) + 0x2a510000);
+  for (int i = 0; i < 2; i++) {
+    float4 cube = root * root * root;
+    root *= (cube + 2 * c) / (2 * cube + c);
+  }
+  float4 twelfth = sqrt(sqrt(root));
+  float4 fourth = twelfth * twelfth * twelfth * twelfth;
+  return fourth * twelfth;
+}
+
+static inline float3 srgb_encode(float3 c)
+{
+  float4 wide = (float4)(c, 0);
+  return select(1.055f * root_2_4(max(wide, 0.0031308f)) - 0.055f, 12.92f * wide, wide <= 0.0031308f).xyz;
 }
 
 static inline float filmic_curve(float x)
@@ -59,7 +74,7 @@ kernel void resolve(constant ResolveInfo *info, global const float4 *sums, globa
     }
     if (info->has_background)
       color += (float3)(info->background.x, info->background.y, info->background.z) * (1 - coverage);
-    if (info->display) color = (float3)(srgb_encode(color.x), srgb_encode(color.y), srgb_encode(color.z));
+    if (info->display) color = srgb_encode(color);
     picture[i] = (float4)(color, info->opaque ? 1 : coverage);
   }
 }
