@@ -132,8 +132,8 @@ static json_t *shadow_costs_json(const Plan *plan, const DeviceScene *scene)
   return out;
 }
 
-// Each light's maps, and how many of them were kept from the frame before; for hybrid shadows how many rays they left to
-// be traced, for others what they may get wrong. A light without maps has 0 views.
+// Each light's maps, and how many of them were kept from the frame before; for hybrid shadows how many rays they left
+// to be traced, for others what they may get wrong. A light without maps has 0 views.
 static json_t *shadow_maps_json(const Plan *plan, const Frame *frame, const ShadowBound *bound)
 {
   const ShadowHybrid *hybrid = &frame->shadow_hybrid;
