@@ -105,6 +105,19 @@ static json_t *lights_json(const Scene *scene)
   return list;
 }
 
+static json_t *animations_json(const GltfContents *contents)
+{
+  json_t *list = json_array();
+  for (uint32_t i = 0; i < contents->animations; i++) {
+    const GltfAnimationContents *animation = &contents->animation_list[i];
+    json_array_append_new(
+        list, json_pack("{s:o, s:o, s:I, s:I}", "name", app_json_text(animation->name), "length_s",
+                        animation->is_fine ? json_real(animation->length_s) : json_null(), "nodes_moved",
+                        (json_int_t)animation->node_count, "nodes_morphed", (json_int_t)animation->morph_count));
+  }
+  return list;
+}
+
 static json_t *file_json(const GltfContents *contents)
 {
   json_t *extensions = json_array();
@@ -140,12 +153,13 @@ static json_t *info_json(const Scene *scene, const GltfContents *contents, json_
   json_t *bounds = counts.has_bounds
                        ? json_pack("{s:o, s:o}", "low", vec3_json(counts.low), "high", vec3_json(counts.high))
                        : json_null();
-  return json_pack("{s:o, s:o, s:I, s:I, s:I, s:I, s:{s:I, s:I}, s:o, s:o, s:o, s:I, s:I, s:{s:I, s:I}, s:O}", "scene",
-                   app_json_text(scene->path), "file", file_json(contents), "objects", (json_int_t)scene->object_count,
-                   "meshes", (json_int_t)scene->mesh_count, "primitives", (json_int_t)counts.primitives, "vertices",
-                   (json_int_t)counts.vertices, "triangles", "stored", (json_int_t)counts.triangles_stored, "drawn",
-                   (json_int_t)counts.triangles_drawn, "bounds", bounds, "cameras", cameras_json(scene), "lights",
-                   lights_json(scene), "materials", (json_int_t)scene->material_count, "textures",
+  return json_pack("{s:o, s:o, s:I, s:I, s:I, s:I, s:{s:I, s:I}, s:o, s:o, s:o, s:o, s:I, s:I, s:{s:I, s:I}, s:O}",
+                   "scene", app_json_text(scene->path), "file", file_json(contents), "objects",
+                   (json_int_t)scene->object_count, "meshes", (json_int_t)scene->mesh_count, "primitives",
+                   (json_int_t)counts.primitives, "vertices", (json_int_t)counts.vertices, "triangles", "stored",
+                   (json_int_t)counts.triangles_stored, "drawn", (json_int_t)counts.triangles_drawn, "bounds", bounds,
+                   "cameras", cameras_json(scene), "lights", lights_json(scene), "animations",
+                   animations_json(contents), "materials", (json_int_t)scene->material_count, "textures",
                    (json_int_t)scene->texture_count, "images", "read", (json_int_t)scene->image_count, "pixels",
                    (json_int_t)counts.texels, "warnings", warnings);
 }
@@ -176,6 +190,18 @@ static void file_print(const GltfContents *contents)
               contents->extensions[i].is_required ? " (required)" : "");
 }
 
+static void animations_print(const GltfContents *contents)
+{
+  for (uint32_t i = 0; i < contents->animations; i++) {
+    const GltfAnimationContents *animation = &contents->animation_list[i];
+    char moves[64] = "", morphs[64] = "";
+    if (animation->node_count) snprintf(moves, sizeof moves, ", moves %u nodes", animation->node_count);
+    if (animation->morph_count) snprintf(morphs, sizeof morphs, ", morphs %u", animation->morph_count);
+    if (!animation->is_fine) snprintf(moves, sizeof moves, ", cannot be followed");
+    row_print(i ? "" : "animations", "%u '%s', %.4g s%s%s", i, animation->name, animation->length_s, moves, morphs);
+  }
+}
+
 static void info_print(const Scene *scene, const GltfContents *contents, const json_t *warnings)
 {
   SceneCounts counts = scene_count(scene);
@@ -199,6 +225,7 @@ static void info_print(const Scene *scene, const GltfContents *contents, const j
     row_print(i ? "" : "lights", "'%s' %s, %.4g %s", light->name, light_kind(light), (double)light->intensity,
               light_unit(light));
   }
+  animations_print(contents);
   size_t i;
   json_t *warning;
   json_array_foreach(warnings, i, warning) { row_print(i ? "" : "warnings", "%s", json_string_value(warning)); }
@@ -218,7 +245,7 @@ int app_info(int argc, char **argv)
   Log log = {.sink = warning_keep, .context = warnings};
   ImageHelper *images = NULL;
   Scene scene = {0};
-  GltfContents contents;
+  GltfContents contents = {0};
   TRY(command_line_parse(&options.help, &options.scene_path, 1, &options, &info_command_line, argc, argv, &log));
   if (options.help) {
     command_line_help(&info_command_line, stdout);
@@ -244,6 +271,7 @@ done:
   json_decref(json);
   json_decref(warnings);
   scene_free(&scene);
+  gltf_contents_free(&contents);
   image_helper_stop(images);
   return status ? app_fail(&log, status) : app_end_output(0);
 }

@@ -102,8 +102,8 @@ static Status values_read(GltfTrack *track, Gltf *gltf, int accessor)
   uint64_t count = (uint64_t)track->key_count * (track->width / components);
   if (track->interpolation == INTERPOLATION_CUBIC) count *= 3;
   if (from->values.type != COMPONENT_FLOAT && !from->normalized)
-    return gltf_fail(gltf, STATUS_BAD_SCENE, GLTF_HINT_REPAIR, "%s: accessors[%d] holds integers not normalized",
-                     gltf->where, accessor);
+    return gltf_fail(gltf, STATUS_BAD_SCENE, GLTF_HINT_REPAIR,
+                     "%s: accessors[%d] holds integers that are not normalized", gltf->where, accessor);
   return gltf_read_floats(&track->values, gltf, accessor, components, components, count);
 }
 

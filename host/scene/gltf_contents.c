@@ -5,8 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/gltf_context.h"
-#include "scene/gltf_guard.h"
+#include "scene/gltf_animation.h"
 
 static uint32_t length_of(const json_t *document, const char *key)
 {
@@ -56,14 +55,60 @@ static void text_copy(char *out, size_t size, const json_t *object, const char *
   snprintf(out, size, "%s", text ? text : "");
 }
 
+static Status animation_count(GltfAnimationContents *out, Gltf *gltf, const GltfAnimation *animation)
+{
+  Status status = STATUS_OK;
+  bool *moves = NULL;
+  TRY(gltf_allocate(&moves, gltf, gltf->model->node_count, sizeof *moves));
+  for (uint32_t i = 0; i < animation->track_count; i++) {
+    const GltfTrack *track = &animation->tracks[i];
+    out->morph_count += track->path == TRACK_WEIGHTS;
+    out->node_count += track->path != TRACK_WEIGHTS && !moves[track->node];
+    moves[track->node] |= track->path != TRACK_WEIGHTS;
+  }
+  out->is_fine = true;
+  out->length_s = animation->length_s;
+
+done:
+  free(moves);
+  return status;
+}
+
+// A bad animation is a warning to `log`: the file can be drawn without it.
+static Status animations_read(GltfContents *out, Gltf *gltf, Log *log)
+{
+  Status status = STATUS_OK;
+  Log *failures = gltf->log;
+  TRY(gltf_allocate(&out->animation_list, gltf, out->animations, sizeof *out->animation_list));
+  uint64_t used_bytes = gltf->used_bytes;
+  for (uint32_t i = 0; i < out->animations; i++) {
+    GltfAnimation animation = {0};
+    GltfAnimationContents *contents = &out->animation_list[i];
+    Log own = {.sink = log->sink, .context = log->context};
+    gltf->log = &own;
+    gltf->used_bytes = used_bytes;
+    snprintf(contents->name, sizeof contents->name, "%s", gltf_animation_name(gltf, i));
+    status = gltf_animation_read(&animation, gltf, i);
+    if (!status) status = animation_count(contents, gltf, &animation);
+    gltf_animation_free(&animation);
+    if (status == STATUS_BAD_SCENE)
+      log_warn(log, "%s", own.error);
+    else if (status)
+      return log_fail(failures, status, "%s", own.error);
+  }
+  status = STATUS_OK;
+
+done:
+  return status;
+}
+
 Status gltf_contents_read(GltfContents *out, const char *path, const GltfOptions *options, Log *log)
 {
   Status status = STATUS_OK;
   Log quiet = {0};
   Gltf gltf = {.path = path, .options = options, .log = &quiet};
   GltfContents contents = {0};
-  char *json = NULL;
-  TRY(gltf_guard(&json, &gltf));
+  TRY(gltf_open(&gltf));
   const json_t *document = gltf.document, *asset = json_object_get(document, "asset");
   const json_t *extensions = json_object_get(document, "extensions");
   struct {
@@ -81,11 +126,19 @@ Status gltf_contents_read(GltfContents *out, const char *path, const GltfOptions
   for (uint32_t i = 0; i < gltf.buffer_count; i++) contents.buffer_bytes += gltf.buffers[i].size;
   extensions_read(&contents, document);
   targets_count(&contents, document);
+  TRY(animations_read(&contents, &gltf, log));
   *out = contents;
+  contents.animation_list = NULL;
 
 done:
   if (status) log_fail(log, status, "%s", quiet.error);
-  free(json);
+  gltf_contents_free(&contents);
   gltf_close(&gltf);
   return status;
+}
+
+void gltf_contents_free(GltfContents *contents)
+{
+  free(contents->animation_list);
+  *contents = (GltfContents){0};
 }

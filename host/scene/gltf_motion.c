@@ -124,7 +124,8 @@ Status gltf_motion_pose(GltfMotion *motion, Scene *scene, double time_s, Log *lo
   uint64_t used_bytes = gltf->used_bytes;
   Mat4 *worlds = NULL;
   gltf->log = log;
-  if (isnan(time_s)) return log_fail(log, STATUS_USAGE, "%s: a pose at a time that is no number: name one", gltf->path);
+  if (isnan(time_s))
+    return log_fail(log, STATUS_USAGE, "%s: a pose at a time that is not a number: name one", gltf->path);
   nodes_pose(motion, time_s);
   TRY(gltf_world_transforms(&worlds, gltf));
   TRY(gltf_places_apply(scene, gltf, &motion->places, worlds));
