@@ -69,6 +69,8 @@ static size_t rich_file(uint8_t **bytes)
                 "{'componentType':5126,'type':'VEC3','count':3,'sparse':{'count':1,'indices':{'bufferView':%d,"
                 "'componentType':5121},'values':{'bufferView':%d}}}",
                 at, to);
+  GLTF_FLOATS(&build, "SCALAR", 2, 0, 1);
+  GLTF_FLOATS(&build, "VEC3", 2, 1, 1, 1, 2, 2, 2);
   const char *path = gltf_save(
       &build,
       "'extensionsUsed':['KHR_lights_punctual','EXT_mesh_gpu_instancing','KHR_texture_transform'],'extensions':{"
@@ -79,7 +81,9 @@ static size_t rich_file(uint8_t **bytes)
       "{'primitives':[{'indices':1,'attributes':{'POSITION':0,'JOINTS_0':2,'WEIGHTS_0':3},'material':0}]},{'primitives'"
       ":["
       "{'attributes':{'POSITION':0,'NORMAL':5,'COLOR_0':0},'targets':[{'POSITION':5}]}]}],'materials':[{"
-      "'emissiveFactor':[1,1,1],'alphaMode':'BLEND'}],'animations':[{'channels':[],'samplers':[]}],'extras':[{}]");
+      "'emissiveFactor':[1,1,1],'alphaMode':'BLEND'}],'animations':[{'channels':[{'sampler':0,'target':{'node':1,"
+      "'path':'scale'}},{'sampler':1,'target':{'node':2,'path':'weights'}}],'samplers':[{'input':6,'output':7},{"
+      "'input':6,'output':6}]}],'extras':[{}]");
   return file_load(bytes, path);
 }
 
@@ -122,7 +126,13 @@ static void damaged_files_break_nothing(void **state)
     Scene scene = {0};
     GltfOptions options = {.scene = NONE, .max_memory_bytes = 1 << 26};
     silent = (Log){0};
-    fine += gltf_read(&scene, gltf_save_bytes("damaged.glb", bytes, size), &options, NULL, &silent) == STATUS_OK;
+    const char *path = gltf_save_bytes("damaged.glb", bytes, size);
+    GltfMotion *motion = NULL;
+    Status status = gltf_motion_open(&motion, &scene, path, &options, NULL, NULL, &silent);
+    if (!status) gltf_motion_pose(motion, &scene, 0.5, &silent);
+    gltf_motion_close(motion);
+    if (status) status = gltf_read(&scene, path, &options, NULL, &silent);
+    fine += status == STATUS_OK;
     scene_free(&scene);
     for (int i = 3; i >= 0; i--) bytes[places[i]] = kept[i];
   }
@@ -192,9 +202,26 @@ static void json_that_breaks_the_rules(void **state)
       {"'cameras':[{'type':'perspective'}]", "Perspective camera description not found"},
       {"'extensions':{'KHR_lights_punctual':{'lights':[{'type':'area'}]}}", "lights[0].type is 'area'"},
       {"'skins':[{'joints':[0]}]", "skins[0].joints[0] is 0, but the file has 0 nodes"},
+      {"'animations':[{'samplers':[{'input':0}]}]",
+       "animations[0].samplers[0].input is 0, but the file has 0 accessors"},
+      {"'animations':[{'samplers':[{}]}]", "animations[0].samplers[0].input is missing"},
+      {"'animations':[{'channels':[{'sampler':0,'target':{'path':'scale'}}]}]",
+       "animations[0].channels[0].sampler is 0, but the animation has 0 samplers"},
+      {"'animations':[{'channels':[{'target':{'path':'scale'}}]}]", "animations[0].channels[0].sampler is missing"},
+      {"'animations':[{'channels':[{'sampler':0}]}]", "animations[0].channels[0].target is missing"},
+      {"'animations':[{'channels':[{'sampler':0,'target':{}}]}]", "animations[0].channels[0].target.path is missing"},
+      {"'animations':[{'channels':[{'sampler':0,'target':{'node':2,'path':'scale'}}]}]",
+       "target.node is 2, but the file"},
+      {"'animations':[{'name':3}]", "animations[0].name is not a string"},
       {"'buffers':[{}]", "buffers[0].byteLength is missing"},
       {"'bufferViews':[{'buffer':0,'byteLength':1}]", "bufferViews[0].buffer is 0, but the file has 0 buffers"},
       {"'accessors':[{'componentType':5126,'count':1,'type':'VEC9'}]", "accessors[0].type is 'VEC9'"},
+      {"'accessors':[{'componentType':5126,'count':1,'type':'VEC2'}],'animations':[{'samplers':[{'input':0,'output':1}]"
+       "}]",
+       "animations[0].samplers[0].output is 1, but the file has 1 accessors"},
+      {"'accessors':[{'componentType':5126,'count':1,'type':'VEC2'}],'animations':[{'samplers':[{'input':0,'output':0,"
+       "'interpolation':'WAVE'}]}]",
+       "interpolation is 'WAVE', not one of: LINEAR STEP CUBICSPLINE"},
       {"'accessors':[{'componentType':5130,'count':1,'type':'VEC2'}]", "accessors[0] has component type 5130"},
       {"'accessors':[{'componentType':5126,'count':0,'type':'VEC2'}]", "accessors[0] has a count of 0"},
       {"'accessors':[{'componentType':5126,'count':18446744073709551616,'type':'VEC2'}]", "not valid JSON"},
