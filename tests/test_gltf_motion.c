@@ -13,20 +13,6 @@
 #include "support/scene_same.h"
 
 #define ONE_MESH "'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}]"
-#define TRIANGLE_WITH_TARGETS                                                                                         \
-  "'meshes':[{'weights':[0.5,0.25],'primitives':[{'attributes':{'POSITION':0},'targets':[{'POSITION':1},{'POSITION':" \
-  "2}"                                                                                                                \
-  "]}]}]"
-
-// Positions of a triangle, and of two morph targets that push it along X and Y.
-static GltfBuild targets_build(void)
-{
-  GltfBuild build = {0};
-  GLTF_FLOATS(&build, "VEC3", 3, TRIANGLE);
-  GLTF_FLOATS(&build, "VEC3", 3, 1, 0, 0, 1, 0, 0, 1, 0, 0);
-  GLTF_FLOATS(&build, "VEC3", 3, 0, 1, 0, 0, 1, 0, 0, 1, 0);
-  return build;
-}
 
 typedef struct Keys {
   const char *path, *interpolation, *type;  // the accessor's type of values
@@ -34,27 +20,21 @@ typedef struct Keys {
   const float *times, *values;
 } Keys;
 
-// A triangle with morph targets whose node 0 moves by keys, below `more`.
+// A triangle with morph targets whose node moves by keys.
 static GltfMotion *keys_open(Scene *scene, const Keys *keys)
 {
-  GltfBuild build = targets_build();
+  GltfBuild build = gltf_targets_build();
   int width = keys->type[0] == 'S' ? 1 : keys->type[3] - '0';
   gltf_array(&build, 5126, "SCALAR", keys->times, sizeof(float) * (size_t)keys->count, keys->count, "");
   gltf_array(&build, 5126, keys->type, keys->values, sizeof(float) * (size_t)(width * keys->value_count),
              keys->value_count, "");
   return gltf_motion_fine(scene,
                           gltf_save(&build,
-                                    ONE_NODE "," TRIANGLE_WITH_TARGETS ",'animations':[{'samplers':[{'input':3,'output'"
+                                    ONE_NODE "," GLTF_MORPHED_TRIANGLE ",'animations':[{'samplers':[{'input':3,'output'"
                                              ":4,'interpolation':'%s'}],'channels':[{'sampler':0,'target':{'node':0,"
                                              "'path':'%s'}}]}]",
                                     keys->interpolation, keys->path),
                           NULL);
-}
-
-static void motion_end(GltfMotion *motion, Scene *scene)
-{
-  gltf_motion_close(motion);
-  scene_free(scene);
 }
 
 // ---- interpolation -------------------------------------------------------------------------------------------------
@@ -78,7 +58,7 @@ static void linear_goes_straight_and_holds_at_the_ends(void **state)
       const Mat4 *world = &scene.objects[0].world_from_object;
       for (int c = 0; c < 3; c++) assert_near(p ? world->m[5 * c] : world->m[12 + c], expected[c]);
     }
-    motion_end(motion, &scene);
+    gltf_motion_end(motion, &scene);
   }
 }
 
@@ -94,7 +74,7 @@ static void steps_hold_until_the_next_key(void **state)
     gltf_pose_fine(motion, &scene, cases[i].time_s);
     assert_near(scene.objects[0].world_from_object.m[12], cases[i].x);
   }
-  motion_end(motion, &scene);
+  gltf_motion_end(motion, &scene);
 }
 
 // A cubic polynomial is what splines with its values and slopes give, whatever the keys are.
@@ -118,7 +98,7 @@ static void cubic_splines_follow_a_polynomial(void **state)
       assert_near(scene.objects[0].world_from_object.m[12 + c],
                   k[c][0] + at * (k[c][1] + at * (k[c][2] + at * k[c][3])));
   }
-  motion_end(motion, &scene);
+  gltf_motion_end(motion, &scene);
 }
 
 static void quaternion_set(float out[4], double degrees, double side)
@@ -149,7 +129,7 @@ static void rotations_turn_evenly_and_the_shorter_way(void **state)
         gltf_pose_fine(motion, &scene, 0.5 + step / 16.0);
         assert_turned(&scene, degrees[i][0] + (degrees[i][1] - degrees[i][0]) * step / 8);
       }
-      motion_end(motion, &scene);
+      gltf_motion_end(motion, &scene);
     }
 }
 
@@ -170,7 +150,7 @@ static void cubic_rotations_come_out_unit_length(void **state)
     assert_turned(&scene, 2 * atan2(z, w) * 180 / M_PI);
     assert_near(mat4_determinant3(&scene.objects[0].world_from_object), 1);
   }
-  motion_end(motion, &scene);
+  gltf_motion_end(motion, &scene);
 }
 
 // Normalised integers of each width, and a value that a sparse accessor replaces.
@@ -191,7 +171,7 @@ static void rotations_and_weights_of_integers(void **state)
                {5123, ushorts, sizeof ushorts, false},
                {5126, NULL, 0, false}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    GltfBuild build = targets_build();
+    GltfBuild build = gltf_targets_build();
     Scene scene;
     GLTF_FLOATS(&build, "SCALAR", 2, 0, 1);
     if (cases[i].data) {
@@ -208,7 +188,7 @@ static void rotations_and_weights_of_integers(void **state)
     GltfMotion *motion = gltf_motion_fine(
         &scene,
         gltf_save(&build,
-                  ONE_NODE "," TRIANGLE_WITH_TARGETS
+                  ONE_NODE "," GLTF_MORPHED_TRIANGLE
                            ",'animations':[{'samplers':[{'input':3,'output':4}],'channels':[{'sampler':0,'target':{"
                            "'node':0,'path':'%s'}}]}]",
                   cases[i].is_rotation ? "rotation" : "weights"),
@@ -218,7 +198,7 @@ static void rotations_and_weights_of_integers(void **state)
       assert_turned(&scene, 45);
     else
       ASSERT_FLOATS(scene.meshes[0].primitives[0].positions[0], 0.25f, 0.15f, 0);
-    motion_end(motion, &scene);
+    gltf_motion_end(motion, &scene);
   }
 }
 
@@ -243,7 +223,7 @@ static void weights_of_each_interpolation(void **state)
     ASSERT_FLOATS(scene.meshes[0].primitives[0].positions[1], 1.5f, 0.25f, 0);  // at rest: the mesh's own weights
     gltf_pose_fine(motion, &scene, 0.75);
     ASSERT_FLOATS(scene.meshes[0].primitives[0].positions[1], (float)(1 + cases[i].x), (float)cases[i].y, 0);
-    motion_end(motion, &scene);
+    gltf_motion_end(motion, &scene);
   }
 }
 
@@ -262,17 +242,14 @@ static void times_before_after_and_none(void **state)
     assert_vec3(gltf_object_point(&scene, 0, 0, 0, 0), 7, 7, 7);
   }
   gltf_pose_fails(motion, &scene, NAN, STATUS_USAGE, "test.glb: a pose at a time that is not a number: ");
-  motion_end(motion, &scene);
+  gltf_motion_end(motion, &scene);
 }
 
 // ---- what moves ----------------------------------------------------------------------------------------------------
 
-// One key a track of what each node of a file has; the test says where it goes.
-#define TRACK(sampler, node, path) "{'sampler':" #sampler ",'target':{'node':" #node ",'path':'" path "'}}"
-
 static void children_instances_cameras_and_lights_follow(void **state)
 {
-  GltfBuild build = targets_build();
+  GltfBuild build = gltf_targets_build();
   Scene scene;
   GLTF_FLOATS(&build, "SCALAR", 2, 0, 1);                  // 3
   GLTF_FLOATS(&build, "VEC3", 2, 0, 0, 0, 0, 0, 8);        // 4
@@ -289,8 +266,8 @@ static void children_instances_cameras_and_lights_follow(void **state)
                 "{'camera':0,'translation':[1,0,0]},{'translation':[0,1,0],'extensions':{'KHR_lights_punctual':{"
                 "'light':0}}},{'mesh':0}]," ONE_MESH
                 ",'animations':[{'samplers':[{'input':3,'output':4},{'input':3,'output':5},{'input':3,'output':6}],"
-                "'channels':[" TRACK(0, 0, "translation") "," TRACK(1, 0, "rotation") "," TRACK(
-                    2, 1, "scale") "," TRACK(2, 2, "scale") "]}]"),
+                "'channels':[" GLTF_TRACK(0, 0, "translation") "," GLTF_TRACK(1, 0, "rotation") "," GLTF_TRACK(
+                    2, 1, "scale") "," GLTF_TRACK(2, 2, "scale") "]}]"),
       NULL);
   assert_int_equal(scene.object_count, 3);
   gltf_pose_fine(motion, &scene, 1);
@@ -307,12 +284,12 @@ static void children_instances_cameras_and_lights_follow(void **state)
   gltf_pose_fine(motion, &scene, 0.5);
   assert_vec3(gltf_object_point(&scene, 0, 0, 0, 0), 0, 0, 4 + 0.5);
   assert_vec3(scene.lights[0].direction_world, -1, 0, 0);
-  motion_end(motion, &scene);
+  gltf_motion_end(motion, &scene);
 }
 
 static void a_mesh_whose_weights_move_on_a_node_is_that_nodes_own(void **state)
 {
-  GltfBuild build = targets_build();
+  GltfBuild build = gltf_targets_build();
   Scene scene;
   GLTF_FLOATS(&build, "SCALAR", 2, 0, 1);
   GLTF_FLOATS(&build, "SCALAR", 4, 0, 0, 4, 8);
@@ -320,8 +297,8 @@ static void a_mesh_whose_weights_move_on_a_node_is_that_nodes_own(void **state)
       &scene,
       gltf_save(&build,
                 "'scenes':[{'nodes':[0,1,2,3]}],'nodes':[{'mesh':0},{'mesh':0},{'mesh':0},{'mesh':0,'weights':[1,1]}]"
-                "," TRIANGLE_WITH_TARGETS
-                ",'animations':[{'samplers':[{'input':3,'output':4}],'channels':[" TRACK(0, 1, "weights") "]}]"),
+                "," GLTF_MORPHED_TRIANGLE
+                ",'animations':[{'samplers':[{'input':3,'output':4}],'channels':[" GLTF_TRACK(0, 1, "weights") "]}]"),
       NULL);
   assert_int_equal(scene.mesh_count, 3);
   assert_int_equal(scene.objects[0].mesh, scene.objects[2].mesh);
@@ -329,7 +306,7 @@ static void a_mesh_whose_weights_move_on_a_node_is_that_nodes_own(void **state)
   ASSERT_FLOATS(scene.meshes[scene.objects[0].mesh].primitives[0].positions[0], 0.5f, 0.25f, 0);
   ASSERT_FLOATS(scene.meshes[scene.objects[1].mesh].primitives[0].positions[0], 2, 4, 0);
   ASSERT_FLOATS(scene.meshes[scene.objects[3].mesh].primitives[0].positions[0], 1, 1, 0);
-  motion_end(motion, &scene);
+  gltf_motion_end(motion, &scene);
 }
 
 // Half of the vertices hang on a joint that turns, one on both by half; flat normals are those of the pose.
@@ -337,7 +314,7 @@ static void skins_follow_their_joints(void **state)
 {
   const uint8_t joints[3][4] = {{0}, {1}, {0, 1}};
   const float weights[3][4] = {{1}, {1}, {0.5f, 0.5f}};
-  GltfBuild build = targets_build();
+  GltfBuild build = gltf_targets_build();
   Scene scene;
   GLTF_FLOATS(&build, "SCALAR", 2, 0, 1);                  // 3
   GLTF_FLOATS(&build, "VEC4", 2, 0, 0, 0, 1, 1, 0, 0, 0);  // 4: half a turn about X
@@ -349,7 +326,7 @@ static void skins_follow_their_joints(void **state)
                 "'scenes':[{'nodes':[0,1]}],'nodes':[{'mesh':0,'skin':0,'translation':[50,50,50]},{'children':[2]},"
                 "{'translation':[0,1,0]}],'skins':[{'joints':[1,2]}],'meshes':[{'primitives':[{'attributes':{"
                 "'POSITION':0,'JOINTS_0':5,'WEIGHTS_0':6}}]}],'animations':[{'samplers':[{'input':3,'output':4}],"
-                "'channels':[" TRACK(0, 2, "rotation") "," TRACK(0, 0, "rotation") "]}]"),
+                "'channels':[" GLTF_TRACK(0, 2, "rotation") "," GLTF_TRACK(0, 0, "rotation") "]}]"),
       NULL);
   const float(*positions)[3] = (const float(*)[3])scene.meshes[0].primitives[0].positions;
   ASSERT_FLOATS(positions[2], 0, 1.5f, 0);
@@ -360,7 +337,7 @@ static void skins_follow_their_joints(void **state)
   float length = sqrtf(0.25f + 0.25f + 1);
   ASSERT_FLOATS(scene.meshes[0].primitives[0].normals[0], 0.5f / length, -0.5f / length, 1 / length);
   assert_vec3(gltf_object_point(&scene, 0, 1, 2, 3), 1, 2, 3);
-  motion_end(motion, &scene);
+  gltf_motion_end(motion, &scene);
 }
 
 static void a_scale_of_zero_keeps_its_object(void **state)
@@ -374,7 +351,7 @@ static void a_scale_of_zero_keeps_its_object(void **state)
   assert_vec3(gltf_object_point(&scene, 0, 1, 1, 1), 0, 0, 0);
   gltf_pose_fine(motion, &scene, 0.75);
   assert_vec3(gltf_object_point(&scene, 0, 1, 1, 1), 0.5, 0.5, 0.5);
-  motion_end(motion, &scene);
+  gltf_motion_end(motion, &scene);
 }
 
 // ---- the scene with all of it --------------------------------------------------------------------------------------
@@ -397,8 +374,8 @@ static void the_same_time_gives_the_same_bytes(void **state)
   assert_true(scenes_same(&scene, &anew));
   assert_ptr_equal(scene.meshes[0].primitives[0].positions, positions);
   assert_ptr_equal(scene.objects, objects);
-  motion_end(motion, &scene);
-  motion_end(motion_anew, &anew);
+  gltf_motion_end(motion, &scene);
+  gltf_motion_end(motion_anew, &anew);
 }
 
 // What was counted against the limit once is not counted for each pose.
@@ -408,183 +385,9 @@ static void a_thousand_poses_need_the_memory_of_one(void **state)
   gltf_options.max_memory_bytes = 1500000;
   GltfMotion *motion = gltf_motion_fine(&scene, "scenes/carousel.glb", NULL);
   for (int i = 0; i < 1000; i++) gltf_pose_fine(motion, &scene, i / 500.0);
-  motion_end(motion, &scene);
+  gltf_motion_end(motion, &scene);
   gltf_options.max_memory_bytes = 100000;
   gltf_motion_fails("scenes/carousel.glb", NULL, STATUS_TOO_LARGE, "needs more memory than allowed");
-}
-
-// ---- choice --------------------------------------------------------------------------------------------------------
-
-// A triangle that three animations move, to 1, 2 and 3.
-static const char *choices_save(void)
-{
-  GltfBuild build = targets_build();
-  char animations[1024] = "";
-  const char *const names[] = {"walk", "run", "2"};
-  GLTF_FLOATS(&build, "SCALAR", 1, 0);
-  for (int i = 0; i < 3; i++) {
-    float value[3] = {(float)(i + 1)};
-    int output = gltf_array(&build, 5126, "VEC3", value, sizeof value, 1, "");
-    snprintf(animations + strlen(animations), sizeof animations - strlen(animations),
-             "%s{'name':'%s','samplers':[{'input':3,'output':%d}],'channels':[" TRACK(0, 0, "translation") "]}",
-             i ? "," : "", names[i], output);
-  }
-  return gltf_save(&build, ONE_NODE "," ONE_MESH ",'animations':[%s]", animations);
-}
-
-static void animations_are_chosen_by_name_or_index(void **state)
-{
-  const struct {
-    const char *choice;
-    double x;
-  } cases[] = {{NULL, 1}, {"walk", 1}, {"run", 2}, {"0", 1}, {"1", 2}, {"2", 3}};
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    Scene scene;
-    GltfMotion *motion = gltf_motion_fine(&scene, choices_save(), cases[i].choice);
-    assert_int_equal(strstr(gltf_warnings, "animation 0 'walk' of 3 is followed") != NULL, !cases[i].choice);
-    gltf_pose_fine(motion, &scene, 0);
-    assert_near(scene.objects[0].world_from_object.m[12], cases[i].x);
-    motion_end(motion, &scene);
-  }
-  gltf_motion_fails(choices_save(), "rum", STATUS_USAGE, "no animation 'rum': did you mean 'run'?");
-  gltf_motion_fails(choices_save(), "3", STATUS_USAGE, "no animation 3: the file has 3: ");
-  gltf_motion_fails(choices_save(), "99999999999999999999999", STATUS_USAGE, "the file has 3");
-  gltf_motion_fails("scenes/room.glb", "walk", STATUS_USAGE, "no animation 'walk': it has none");
-  gltf_motion_fails("none.glb", NULL, STATUS_NOT_FOUND, "none.glb: ");
-}
-
-static void a_file_without_animations_stands_still(void **state)
-{
-  Scene scene, still = gltf_read_fine("scenes/room.glb");
-  GltfMotion *motion = gltf_motion_fine(&scene, "scenes/room.glb", NULL);
-  assert_string_equal(gltf_warnings, "");
-  assert_true(gltf_motion_length_s(motion) == 0);
-  gltf_pose_fine(motion, &scene, 3);
-  assert_true(scenes_same(&scene, &still));
-  motion_end(motion, &scene);
-  scene_free(&still);
-}
-
-// ---- what is not followed, and what is refused ---------------------------------------------------------------------
-
-// Opens a triangle below two nodes (1 has a matrix) whose accessors 3 to 6 are times and values of two keys.
-static const char *sampled_save(const char *animation)
-{
-  GltfBuild build = targets_build();
-  GLTF_FLOATS(&build, "SCALAR", 2, 0, 1);                  // 3
-  GLTF_FLOATS(&build, "VEC3", 2, 0, 0, 0, 2, 2, 2);        // 4
-  GLTF_FLOATS(&build, "SCALAR", 4, 0, 0, 1, 1);            // 5
-  GLTF_FLOATS(&build, "VEC4", 2, 0, 0, 0, 1, 0, 0, 1, 0);  // 6
-  GLTF_FLOATS(&build, "SCALAR", 2, 1, 1);                  // 7: does not rise
-  GLTF_FLOATS(&build, "SCALAR", 2, 1, 0.5f);               // 8: falls
-  GLTF_FLOATS(&build, "SCALAR", 2, -1, 1);                 // 9: begins before the beginning
-  GLTF_FLOATS(&build, "SCALAR", 2, 0, INFINITY);           // 10
-  GLTF_FLOATS(&build, "SCALAR", 2, NAN, 1);                // 11
-  GLTF_FLOATS(&build, "VEC3", 2, 0, 0, 0, NAN, 2, 2);      // 12
-  const uint16_t shorts[] = {0, 1, 2, 3};
-  gltf_array(&build, 5123, "SCALAR", shorts, sizeof shorts, 4, "");                    // 13: not normalised
-  gltf_array(&build, 5123, "SCALAR", shorts, sizeof shorts, 4, ",'normalized':true");  // 14
-  GLTF_FLOATS(&build, "VEC3", 2, 0, 0, 0, 3e38f, 0, 0);                                // 15
-  GLTF_FLOATS(&build, "SCALAR", 4, 0, 0, 3e38f, 3e38f);                                // 16
-  return gltf_save(
-      &build,
-      "'extensionsUsed':['KHR_lights_punctual'],'extensions':{'KHR_lights_punctual':{'lights':[{'type':"
-      "'point'}]}},'scenes':[{'nodes':[0,1]}],'nodes':[{'mesh':0,'name':'thing'},{'matrix':[1,0,0,0,0,1,0,0,0,0,1,0,0,"
-      "0,0,1],'children':[2]},{'name':'bare','scale':[1e300,1e300,1e300],'children':[3]},{'name':'far',"
-      "'extensions':{'KHR_lights_punctual':{'light':0}}}],'meshes':[{'primitives':[{'attributes':{'POSITION'"
-      ":0},'targets':[{'POSITION':1},{'POSITION':1}]}]}]"
-      ",'animations':[{'name':'it',%s}]",
-      animation);
-}
-
-#define SAMPLER(input, output) "'samplers':[{'input':" #input ",'output':" #output "}]"
-
-static void channels_that_are_not_followed_are_named(void **state)
-{
-  const struct {
-    const char *animation, *warning;
-    double x;
-  } cases[] = {
-      {SAMPLER(3, 4) ",'channels':[" TRACK(0, 1, "translation") "]",
-       "animations[0] 'it' channels[0], the translation of nodes[1], is not followed: the node has a matrix: give it",
-       0},
-      {SAMPLER(3, 5) ",'channels':[" TRACK(0, 2, "weights") "]",
-       "the weights of nodes[2], is not followed: it draws no morph targets", 0},
-      {SAMPLER(3, 4) ",'channels':[" TRACK(0, 0, "translation") "," TRACK(0, 0, "translation") "]",
-       "channels[1], the translation of nodes[0], is not followed: an earlier channel moves the same", 2},
-      {SAMPLER(3, 4) ",'channels':[" TRACK(0, 0, "pointer") "," TRACK(0, 0, "translation") "]",
-       "channels[0] is not followed: it moves 'pointer'", 2},
-      {SAMPLER(3, 4) ",'channels':[{'sampler':0,'target':{'path':'pointer','extensions':{'KHR_animation_pointer':{"
-                     "'pointer':'/nodes/0/translation'}}}}," TRACK(0, 0, "translation") "]",
-       "channels[0] is not followed: it moves 'pointer'", 2},
-      {SAMPLER(3, 4) ",'channels':[{'sampler':0,'target':{'path':'translation'}}," TRACK(0, 0, "translation") "]", "",
-       2},
-      {SAMPLER(3, 7) ",'channels':[]", "", 0},
-      {"'samplers':[],'channels':[]", "", 0},
-  };
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    Scene scene;
-    GltfMotion *motion = gltf_motion_fine(&scene, sampled_save(cases[i].animation), NULL);
-    if (!strstr(gltf_warnings, cases[i].warning) || (*gltf_warnings && !*cases[i].warning))
-      fail_msg("case %zu: '%s' without '%s'", i, gltf_warnings, cases[i].warning);
-    gltf_pose_fine(motion, &scene, 1);
-    assert_near(scene.objects[0].world_from_object.m[12], cases[i].x);
-    motion_end(motion, &scene);
-  }
-}
-
-static void bad_keys_are_refused_and_rest_is_drawn(void **state)
-{
-  const struct {
-    const char *animation, *message;
-  } cases[] = {
-      {SAMPLER(7, 4), "animations[0] 'it' channels[0]: key 1, at 1 s, does not follow the one at 1 s: repair"},
-      {SAMPLER(8, 4), "key 1, at 0.5 s, does not follow the one at 1 s"},
-      {SAMPLER(9, 4), "channels[0]: its first key is at -1 s"},
-      {SAMPLER(10, 4), "channels[0]: accessors[10] element 1 is not a finite number"},
-      {SAMPLER(11, 4), "accessors[11] element 0 is not a finite number"},
-      {SAMPLER(4, 4), "accessors[4] has 3 components, not 1"},
-      {SAMPLER(14, 4), "accessors[14], its times, holds no floats"},
-      {SAMPLER(3, 5), "accessors[5] has 1 components, not 3"},
-      {SAMPLER(3, 6), "accessors[6] has 4 components, not 3"},
-      {SAMPLER(3, 0), "accessors[0] has 3 elements, not 2"},
-      {SAMPLER(3, 12), "accessors[12] element 1 is not a finite number"},
-      {"'samplers':[{'input':3,'output':4,'interpolation':'CUBICSPLINE'}]", "accessors[4] has 2 elements, not 6"},
-  };
-  char text[512];
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    snprintf(text, sizeof text, "%s,'channels':[" TRACK(0, 0, "translation") "]", cases[i].animation);
-    gltf_motion_fails(sampled_save(text), NULL, STATUS_BAD_SCENE, cases[i].message);
-    Scene scene = gltf_read_fine(sampled_save(text));
-    assert_non_null(strstr(gltf_warnings, "1 animations: the pose at rest is drawn: add --frames to see them move"));
-    scene_free(&scene);
-  }
-  gltf_motion_fails(sampled_save(SAMPLER(3, 7) ",'channels':[" TRACK(0, 0, "weights") "]"), NULL, STATUS_BAD_SCENE,
-                    "accessors[7] has 2 elements, not 4");
-  gltf_motion_fails(sampled_save(SAMPLER(3, 13) ",'channels':[" TRACK(0, 0, "weights") "]"), NULL, STATUS_BAD_SCENE,
-                    "accessors[13] holds integers that are not normalized");
-  gltf_motion_fails(sampled_save(SAMPLER(3, 4) ",'channels':[" TRACK(0, 0, "rotation") "]"), NULL, STATUS_BAD_SCENE,
-                    "accessors[4] has 3 components, not 4");
-}
-
-static void a_pose_that_leaves_all_numbers_is_refused(void **state)
-{
-  const struct {
-    const char *animation, *message;
-  } cases[] = {
-      {SAMPLER(3, 15) ",'channels':[" TRACK(0, 3, "scale") "]", "nodes[3] 'far' has a transform that is not finite"},
-      {SAMPLER(3, 4) ",'channels':[" TRACK(0, 3, "translation") "]", "the light 'far' goes to infinity"},
-      {SAMPLER(3, 16) ",'channels':[" TRACK(0, 0, "weights") "]",
-       "meshes[0] '' primitives[0]: vertex 0 is not finite in its pose"},
-  };
-  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    Scene scene;
-    GltfMotion *motion = gltf_motion_fine(&scene, sampled_save(cases[i].animation), NULL);
-    gltf_pose_fine(motion, &scene, 0);
-    gltf_pose_fails(motion, &scene, 1, STATUS_BAD_SCENE, cases[i].message);
-    gltf_pose_fine(motion, &scene, 0);
-    motion_end(motion, &scene);
-  }
 }
 
 int main(void)
@@ -604,11 +407,6 @@ int main(void)
       cmocka_unit_test(a_scale_of_zero_keeps_its_object),
       cmocka_unit_test(the_same_time_gives_the_same_bytes),
       cmocka_unit_test(a_thousand_poses_need_the_memory_of_one),
-      cmocka_unit_test(animations_are_chosen_by_name_or_index),
-      cmocka_unit_test(a_file_without_animations_stands_still),
-      cmocka_unit_test(channels_that_are_not_followed_are_named),
-      cmocka_unit_test(bad_keys_are_refused_and_rest_is_drawn),
-      cmocka_unit_test(a_pose_that_leaves_all_numbers_is_refused),
   };
   return cmocka_run_group_tests(tests, gltf_tests_begin, gltf_tests_end);
 }

@@ -40,8 +40,7 @@ static void box_animated_moves(void **state)
     assert_vec3(mat4_direction(&scene.objects[1].world_from_object, vec3(0, 0, 1)), 0, -sin(angle), cos(angle));
     assert_vec3(gltf_object_point(&scene, 0, 1, 2, 3), 1, 2, 3);
   }
-  gltf_motion_close(motion);
-  scene_free(&scene);
+  gltf_motion_end(motion, &scene);
 }
 
 // The largest distance of a vertex of an object's first primitive from where the second reading has it.
@@ -80,8 +79,7 @@ static void check_file(const char *name, const char *choice, size_t animation, c
     double off = farthest_off(&raw, &scene, 0, animation, times[i], node);
     if (off > most || before < 100 * most) fail_msg("%s at %g s: off by %g, before by %g", name, times[i], off, before);
   }
-  gltf_motion_close(motion);
-  scene_free(&scene);
+  gltf_motion_end(motion, &scene);
   gltf_raw_close(&raw);
 }
 
@@ -145,8 +143,7 @@ static void each_interpolation_meets_its_keys(void **state)
         for (int c = 0; c < 12; c++) assert_near(world->m[c], turned.m[c]);
       }
     }
-    gltf_motion_close(motion);
-    scene_free(&scene);
+    gltf_motion_end(motion, &scene);
     free(times);
     free(numbers);
   }
@@ -162,10 +159,8 @@ static void posing_back_and_forth_gives_the_same_bytes(void **state)
   gltf_pose_fine(motion, &scene, 0.4);
   gltf_pose_fine(motion_anew, &anew, 0.4);
   assert_true(scenes_same(&scene, &anew));
-  gltf_motion_close(motion);
-  gltf_motion_close(motion_anew);
-  scene_free(&scene);
-  scene_free(&anew);
+  gltf_motion_end(motion, &scene);
+  gltf_motion_end(motion_anew, &anew);
 }
 
 static void compressed_animations_are_refused_by_name(void **state)

@@ -17,12 +17,10 @@ static uint32_t unsigned_at(const uint8_t *at, int type)
   return memcpy(&u32, at, sizeof u32), u32;
 }
 
-static float float_at(const uint8_t *at, int type, bool normalized)
+static float float_of_integer(const uint8_t *at, int type, bool normalized)
 {
-  float f32;
   int16_t s16;
   switch (type) {
-    case COMPONENT_FLOAT: return memcpy(&f32, at, sizeof f32), f32;
     case COMPONENT_BYTE: return normalized ? fmaxf((float)(int8_t)*at / 127, -1) : (float)(int8_t)*at;
     case COMPONENT_SHORT: memcpy(&s16, at, sizeof s16); return normalized ? fmaxf((float)s16 / 32767, -1) : (float)s16;
     case COMPONENT_UBYTE: return normalized ? (float)*at / 255 : (float)*at;
@@ -34,8 +32,12 @@ static float float_at(const uint8_t *at, int type, bool normalized)
 static void floats_decode(void *out, const uint8_t *element, const GltfAccessor *from)
 {
   uint32_t bytes = component_bytes(from->values.type);
+  if (from->values.type == COMPONENT_FLOAT) {
+    memcpy(out, element, from->components * sizeof(float));
+    return;
+  }
   for (uint32_t c = 0; c < from->components; c++)
-    ((float *)out)[c] = float_at(element + c * bytes, from->values.type, from->normalized);
+    ((float *)out)[c] = float_of_integer(element + c * bytes, from->values.type, from->normalized);
 }
 
 static void indices_decode(void *out, const uint8_t *element, const GltfAccessor *from)

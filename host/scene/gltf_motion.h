@@ -27,4 +27,5 @@ double gltf_motion_length_s(const GltfMotion *motion);
 // STATUS_TOO_LARGE, STATUS_NO_MEMORY; the scene is then posed in part.
 Status gltf_motion_pose(GltfMotion *motion, Scene *scene, double time_s, Log *log);
 
-void gltf_motion_close(GltfMotion *motion);  // NULL is fine
+// Frees it all, and not the scene. NULL is fine.
+void gltf_motion_close(GltfMotion *motion);

@@ -20,4 +20,5 @@ bool gltf_light_has_place(const Light *light, const Mat4 *world);
 // infinity; instances that cannot be read), STATUS_TOO_LARGE, STATUS_NO_MEMORY.
 Status gltf_places_apply(Scene *scene, Gltf *gltf, const GltfPlaces *places, const Mat4 *worlds);
 
+// Frees the arrays.
 void gltf_places_free(GltfPlaces *places);

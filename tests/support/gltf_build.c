@@ -223,6 +223,21 @@ void gltf_pose_fails(GltfMotion *motion, Scene *scene, double time_s, Status exp
   check_failed(gltf_motion_pose(motion, scene, time_s, &test_log), expected, message);
 }
 
+void gltf_motion_end(GltfMotion *motion, Scene *scene)
+{
+  gltf_motion_close(motion);
+  scene_free(scene);
+}
+
+GltfBuild gltf_targets_build(void)
+{
+  GltfBuild build = {0};
+  GLTF_FLOATS(&build, "VEC3", 3, TRIANGLE);
+  GLTF_FLOATS(&build, "VEC3", 3, 1, 0, 0, 1, 0, 0, 1, 0, 0);
+  GLTF_FLOATS(&build, "VEC3", 3, 0, 1, 0, 0, 1, 0, 0, 1, 0);
+  return build;
+}
+
 const char *gltf_assets(void)
 {
   const char *assets = getenv("FRUGAL_ASSETS");

@@ -67,12 +67,24 @@ void gltf_motion_fails(const char *path, const char *animation, Status expected,
 void gltf_pose_fine(GltfMotion *motion, Scene *scene, double time_s);
 void gltf_pose_fails(GltfMotion *motion, Scene *scene, double time_s, Status expected, const char *message);
 
+// Closes it and frees the scene that it poses.
+void gltf_motion_end(GltfMotion *motion, Scene *scene);
+
 // Folder of the shared assets; NULL, and a line on stderr, where they are not there.
 const char *gltf_assets(void);
 
 // A scene of one node that draws mesh 0, and the positions of a triangle in the plane z = 0, for building files.
 #define ONE_NODE "'scene':0,'scenes':[{'nodes':[0]}],'nodes':[{'name':'thing','mesh':0}]"
 #define TRIANGLE 0, 0, 0, 1, 0, 0, 0, 1, 0
+
+// The same as accessor 0, and two morph targets that push it along X and Y as 1 and 2; a mesh of these.
+GltfBuild gltf_targets_build(void);
+#define GLTF_MORPHED_TRIANGLE                                                                              \
+  "'meshes':[{'weights':[0.5,0.25],'primitives':[{'attributes':{'POSITION':0},'targets':[{'POSITION':1},{" \
+  "'POSITION':2}]}]}]"
+
+// A channel of an animation.
+#define GLTF_TRACK(sampler, node, path) "{'sampler':" #sampler ",'target':{'node':" #node ",'path':'" path "'}}"
 
 // Fail unless equal within 1e-5, relative where the number is above 1.
 void assert_near(double got, double expected);

@@ -117,7 +117,7 @@ double *gltf_raw_numbers(const GltfRaw *raw, size_t accessor, size_t *count, siz
   return numbers;
 }
 
-// ---- matrices and quaternions, as the text-books have them -----------------------------------------------------------
+// ---- matrices and quaternions, as the text-books have them ---------------------------------------------------------
 
 static void multiply(double out[16], const double a[16], const double b[16])
 {
@@ -178,7 +178,7 @@ static void node_matrix(double out[16], const RawNode *node)
   multiply(out, out, node->matrix);
 }
 
-// ---- the pose --------------------------------------------------------------------------------------------------------
+// ---- the pose ------------------------------------------------------------------------------------------------------
 
 static void numbers_copy(double *out, const json_t *object, const char *name)
 {
