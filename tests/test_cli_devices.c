@@ -213,6 +213,38 @@ static void info_warns_as_render_does(void **state)
   json_decref(info);
 }
 
+// By index, name, length and what moves; a bad one is listed and warned of.
+static void info_lists_animations(void **state)
+{
+  GltfBuild build = {0};
+  GLTF_FLOATS(&build, "VEC3", 3, TRIANGLE);
+  GLTF_FLOATS(&build, "SCALAR", 2, 0.5f, 2.5f);
+  GLTF_FLOATS(&build, "VEC3", 2, 0, 0, 0, 1, 1, 1);
+  const char *
+      scene = gltf_save(&build, ONE_NODE
+                        ",'meshes':[{'primitives':[{'attributes':{'POSITION':0},'targets':[{'POSITION':0}]}]}],'"
+                        "animations':[{"
+                        "'name':'sway','samplers':[{'input':1,'output':2},{'input':1,'output':1}],'channels':"
+                        "[" GLTF_TRACK(0, 0, "scale") "," GLTF_TRACK(0, 0, "translation") "," GLTF_TRACK(
+                            1,
+                            0, "weights") "]},{'name':'bad','samplers':[{'input':2,'output':2}],'channels':"
+                                          "[" GLTF_TRACK(0, 0, "scale") "]}]");
+  json_t *info = printed(cli_run("info", scene, "--json", NULL), 0);
+  const json_t *sway = member(member(info, "animations"), "0"), *bad = member(member(info, "animations"), "1");
+  assert_string_equal(json_string_value(member(sway, "name")), "sway");
+  assert_number(member(sway, "length_s"), 2.5);
+  assert_number(member(sway, "nodes_moved"), 1);
+  assert_number(member(sway, "nodes_morphed"), 1);
+  assert_true(json_is_null(member(bad, "length_s")));
+  json_decref(info);
+  CliRun run = cli_run("info", scene, NULL);
+  assert_non_null(strstr(run.out, "animations  0 'sway', 2.5 s, moves 1 nodes, morphs 1\n"));
+  assert_non_null(strstr(run.out, "            1 'bad', cannot be followed\n"));
+  assert_non_null(strstr(run.out, ": 2 animations: the pose at rest is drawn: add --frames to see them move\n"));
+  assert_non_null(strstr(run.out, ": animations[1] 'bad' channels[0]: accessors[2] has 3 components, not 1: repair"));
+  cli_free(&run);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -223,6 +255,7 @@ int main(void)
       cmocka_unit_test(no_such_device_names_what_there_is),
       cmocka_unit_test(info_counts_what_is_drawn),
       cmocka_unit_test(info_warns_as_render_does),
+      cmocka_unit_test(info_lists_animations),
   };
   return cmocka_run_group_tests(tests, cli_set_up, cli_tear_down);
 }

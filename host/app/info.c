@@ -194,11 +194,11 @@ static void animations_print(const GltfContents *contents)
 {
   for (uint32_t i = 0; i < contents->animations; i++) {
     const GltfAnimationContents *animation = &contents->animation_list[i];
-    char moves[64] = "", morphs[64] = "";
+    char length[64], moves[64] = "", morphs[64] = "";
+    snprintf(length, sizeof length, animation->is_fine ? "%.4g s" : "cannot be followed", animation->length_s);
     if (animation->node_count) snprintf(moves, sizeof moves, ", moves %u nodes", animation->node_count);
     if (animation->morph_count) snprintf(morphs, sizeof morphs, ", morphs %u", animation->morph_count);
-    if (!animation->is_fine) snprintf(moves, sizeof moves, ", cannot be followed");
-    row_print(i ? "" : "animations", "%u '%s', %.4g s%s%s", i, animation->name, animation->length_s, moves, morphs);
+    row_print(i ? "" : "animations", "%u '%s', %s%s%s", i, animation->name, length, moves, morphs);
   }
 }
 
