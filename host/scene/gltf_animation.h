@@ -43,5 +43,5 @@ void gltf_animation_free(GltfAnimation *animation);
 uint32_t gltf_target_count(const GltfModel *model, const GltfNode *node);
 
 // Value at a time, `track->width` numbers; that of the first or last key outside of them. Rotations are interpolated on
-// the sphere, the shorter way, and of unit length between keys. The time must be a number.
+// the sphere, the shorter way, or by splines: of any length, as mat4_from_trs wants them. The time must be a number.
 void gltf_track_sample(double *out, const GltfTrack *track, double time_s);

@@ -46,7 +46,6 @@ static void quaternion_slerp(double out[QUATERNION], const float *from, const fl
   double weight_a = is_small ? 1 - share : sin((1 - share) * angle) / sine;
   double weight_b = side * (is_small ? share : sin(share * angle) / sine);
   for (int c = 0; c < QUATERNION; c++) out[c] = weight_a * a[c] + weight_b * b[c];
-  quaternion_normalize(out);
 }
 
 static void cubic_sample(double *out, const GltfTrack *track, uint32_t key, double share, double interval_s)
@@ -57,7 +56,6 @@ static void cubic_sample(double *out, const GltfTrack *track, uint32_t key, doub
   for (uint32_t c = 0; c < track->width; c++)
     out[c] = (2 * t3 - 3 * t2 + 1) * a[c] + interval_s * (t3 - 2 * t2 + t) * leaves_a[c] + (3 * t2 - 2 * t3) * b[c] +
              interval_s * (t3 - t2) * reaches_b[c];
-  if (track->path == TRACK_ROTATION) quaternion_normalize(out);
 }
 
 void gltf_track_sample(double *out, const GltfTrack *track, double time_s)
