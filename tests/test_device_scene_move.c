@@ -98,14 +98,14 @@ static void assert_trees_hold(const DeviceScene *scene)
               .triangles = buffer_copy(&scene->bvh2_triangles),
               .node_count = (uint32_t)(scene->bvh2_nodes.bytes / sizeof *two.nodes),
               .triangle_count = (uint32_t)(scene->bvh2_triangles.bytes / sizeof *two.triangles),
-              .depth = scene->kept->bvh2.depth};
+              .depth = scene->kept->trees.two.depth};
   picture_assert_ok(bvh2_validate(&two, &soup, 4, &picture_log));
   if (device_traits(picture_device(0))->wide_bvh) {
     Bvh8 eight = {.nodes = buffer_copy(&scene->bvh8_nodes),
                   .blocks = buffer_copy(&scene->bvh8_blocks),
                   .node_count = (uint32_t)(scene->bvh8_nodes.bytes / sizeof *eight.nodes),
                   .block_count = (uint32_t)(scene->bvh8_blocks.bytes / sizeof *eight.blocks),
-                  .depth = scene->kept->bvh8.depth};
+                  .depth = scene->kept->trees.eight.depth};
     picture_assert_ok(bvh8_validate(&eight, &soup, &picture_log));
     bvh8_free(&eight);
   }

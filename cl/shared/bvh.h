@@ -36,7 +36,7 @@ SHARED_SIZE(BvhTriangle, 48);
 typedef struct Bvh8Node {
   float bounds[3][2][8];  // [axis][low, high][child]
   uint child[8];          // node index, or BVH_LEAF | index of a Bvh8Block; BVH_EMPTY
-  uint pad[8];
+  uint source[8];         // whose box it is: 2 x node + side of the binary tree; BVH_EMPTY for none or for both sides
 } Bvh8Node;
 SHARED_SIZE(Bvh8Node, 256);
 

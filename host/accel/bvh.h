@@ -49,3 +49,6 @@ void bvh2_free(Bvh2 *bvh);
 // triangles become one block. Source: Wald, Benthin, Boulos, "Getting Rid of Packets", 2008.
 Status bvh8_from_bvh2(Bvh8 *out, const Bvh2 *bvh, Log *log);
 void bvh8_free(Bvh8 *bvh);
+
+// A block of 1 to 8 triangles; the last fills the unused slots.
+void bvh8_block_fill(Bvh8Block *block, const BvhTriangle *triangles, uint32_t count);

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "accel/bvh.h"
+#include "accel/bvh_cost.h"
 #include "accel/large_array.h"
 #include "base/parallel.h"
 
@@ -10,6 +11,7 @@ enum { TASKS_PER_TREE = 64, MIN_TASK_TRIANGLES = 4096 };
 // A subtree of the binary tree: its reference in the parent, and the triangles [first, end) below it.
 typedef struct Branch {
   uint32_t child;
+  uint32_t source;  // as in Bvh8Node
   uint32_t first, end;
   float bounds[3][2];
 } Branch;
@@ -40,13 +42,6 @@ typedef struct Walk {
 
 static uint32_t branch_triangles(const Branch *branch) { return branch->end - branch->first; }
 
-static double branch_area(const Branch *branch)
-{
-  double size[3];
-  for (int axis = 0; axis < 3; axis++) size[axis] = (double)branch->bounds[axis][1] - branch->bounds[axis][0];
-  return size[0] * (size[1] + size[2]) + size[1] * size[2];
-}
-
 static uint32_t first_triangle(const Bvh2 *bvh, uint32_t child)
 {
   while (!(child & BVH_LEAF)) child = bvh->nodes[child].child[0];
@@ -58,17 +53,16 @@ static void branch_open(Branch *left, Branch *right, const Bvh2 *bvh, Branch bra
 {
   const Bvh2Node *node = &bvh->nodes[branch.child];
   uint32_t middle = first_triangle(bvh, node->child[1]);
-  *left = (Branch){.child = node->child[0], .first = branch.first, .end = middle};
-  *right = (Branch){.child = node->child[1], .first = middle, .end = branch.end};
+  *left = (Branch){.child = node->child[0], .source = 2 * branch.child, .first = branch.first, .end = middle};
+  *right = (Branch){.child = node->child[1], .source = 2 * branch.child + 1, .first = middle, .end = branch.end};
   memcpy(left->bounds, node->bounds[0], sizeof left->bounds);
   memcpy(right->bounds, node->bounds[1], sizeof right->bounds);
 }
 
-static void block_write(Bvh8Block *block, const Bvh2 *bvh, const Branch *branch)
+void bvh8_block_fill(Bvh8Block *block, const BvhTriangle *triangles, uint32_t count)
 {
   for (uint32_t slot = 0; slot < 8; slot++) {
-    uint32_t last = branch->end - 1, i = branch->first + slot < last ? branch->first + slot : last;
-    const BvhTriangle *triangle = &bvh->triangles[i];
+    const BvhTriangle *triangle = &triangles[slot < count ? slot : count - 1];
     for (int corner = 0; corner < 3; corner++)
       for (int axis = 0; axis < 3; axis++) block->vertex[corner][axis][slot] = triangle->vertex[corner][axis];
     block->id[slot] = triangle->id;
@@ -82,7 +76,8 @@ static uint32_t walk_branch(Walk *walk, const Branch *branch, uint32_t depth)
 {
   if (branch_triangles(branch) > 8) return walk_node(walk, branch, depth);
   uint32_t index = walk->next_block++;
-  if (walk->out) block_write(&walk->out->blocks[index], walk->bvh, branch);
+  if (walk->out)
+    bvh8_block_fill(&walk->out->blocks[index], &walk->bvh->triangles[branch->first], branch_triangles(branch));
   return BVH_LEAF | index;
 }
 
@@ -101,7 +96,7 @@ static uint32_t branch_collapse(Branch children[8], const Bvh2 *bvh, const Branc
     }
     branch_open(&children[largest], &children[largest + 1], bvh, children[largest]);
     for (uint32_t i = largest; i < largest + 2; i++)
-      areas[i] = branch_triangles(&children[i]) > 8 ? branch_area(&children[i]) : -1;
+      areas[i] = branch_triangles(&children[i]) > 8 ? bvh_half_area(children[i].bounds) : -1;
     for (uint32_t i = largest = 0; i < count; i++)
       if (areas[i] > areas[largest]) largest = i;
   }
@@ -149,6 +144,7 @@ static uint32_t walk_node(Walk *walk, const Branch *branch, uint32_t depth)
       node.bounds[axis][1][i] = i < count ? children[i].bounds[axis][1] : -INFINITY;
     }
     node.child[i] = i < count ? walk_branch(walk, &children[i], depth + 1) : BVH_EMPTY;
+    node.source[i] = i < count ? children[i].source : BVH_EMPTY;
   }
   if (walk->out) walk->out->nodes[index] = node;
   return index;
@@ -185,7 +181,7 @@ Status bvh8_from_bvh2(Bvh8 *out, const Bvh2 *bvh, Log *log)
   Status status = STATUS_OK;
   Collapse collapse = {.bvh = bvh};
   Bvh8 *tree = &collapse.tree;
-  Branch root = {.child = 0, .first = 0, .end = bvh->triangle_count};
+  Branch root = {.child = 0, .source = BVH_EMPTY, .first = 0, .end = bvh->triangle_count};
   for (int axis = 0; axis < 3; axis++) {
     root.bounds[axis][0] = fminf(bvh->nodes[0].bounds[0][axis][0], bvh->nodes[0].bounds[1][axis][0]);
     root.bounds[axis][1] = fmaxf(bvh->nodes[0].bounds[0][axis][1], bvh->nodes[0].bounds[1][axis][1]);

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "accel/bvh_cost.h"
+
 typedef struct Bounds {
   float low[3], high[3];
 } Bounds;
@@ -34,13 +36,6 @@ static bool bounds_equal(const Bounds *a, const Bounds *b)
   for (int axis = 0; axis < 3; axis++)
     if (a->low[axis] != b->low[axis] || a->high[axis] != b->high[axis]) return false;
   return true;
-}
-
-static double bounds_half_area(const Bounds *bounds)
-{
-  double size[3];
-  for (int axis = 0; axis < 3; axis++) size[axis] = (double)bounds->high[axis] - bounds->low[axis];
-  return size[0] * (size[1] + size[2]) + size[1] * size[2];
 }
 
 static bool triangle_finite(const TriangleSoup *soup, uint32_t id)
@@ -240,20 +235,6 @@ done:
 double bvh2_cost(const Bvh2 *bvh, double traversal_cost)
 {
   double sum = 0;
-  Bounds whole = bounds_empty;
-  for (uint32_t i = 0; i < bvh->node_count; i++) {
-    for (int side = 0; side < 2; side++) {
-      const Bvh2Node *node = &bvh->nodes[i];
-      if (node->child[side] == BVH_EMPTY) continue;
-      Bounds bounds;
-      for (int axis = 0; axis < 3; axis++) {
-        bounds.low[axis] = node->bounds[side][axis][0];
-        bounds.high[axis] = node->bounds[side][axis][1];
-      }
-      if (i == 0) bounds_add(&whole, bounds.low, bounds.high);
-      sum += bounds_half_area(&bounds) * (node->count[side] ? node->count[side] : traversal_cost);
-    }
-  }
-  double root = bounds_half_area(&whole);
-  return root > 0 && root < INFINITY ? traversal_cost + sum / root : 0;
+  for (uint32_t i = 0; i < bvh->node_count; i++) sum += bvh2_node_cost(&bvh->nodes[i], traversal_cost);
+  return bvh2_cost_of_sum(sum, bvh2_root_area(&bvh->nodes[0]), traversal_cost);
 }

@@ -7,17 +7,16 @@
 
 #include "base/clock.h"
 #include "device_scene/kept_scene.h"
-#include "device_scene/scene_trees.h"
 
-static Status bvh_make(DeviceScene *out, Bvh2 *bvh2, Bvh8 *bvh8, Device *device, const FlatScene *flat,
-                       Timeline *timeline, Log *log)
+static Status trees_make(DeviceScene *out, SceneTrees *trees, Device *device, const FlatScene *flat, Timeline *timeline,
+                         Log *log)
 {
   Status status = STATUS_OK;
   double begin_ms = clock_ms();
-  TRY(scene_trees_build(bvh2, bvh8, device, flat, log));
+  TRY(scene_trees_build(trees, device, flat, log));
   if (timeline) timeline_end(timeline, "build the BVH", begin_ms);
   begin_ms = clock_ms();
-  TRY(scene_trees_put(out, device, bvh2, bvh8, log));
+  TRY(scene_trees_put(out, device, trees, log));
   if (timeline) timeline_end(timeline, "upload the BVH", begin_ms);
 
 done:
@@ -71,34 +70,17 @@ done:
   return status;
 }
 
-// Hands the geometry and the trees to what the host keeps.
-static Status scene_keep(DeviceScene *out, FlatScene *flat, Bvh2 *bvh2, Bvh8 *bvh8, Log *log)
-{
-  Status status = STATUS_OK;
-  TRY(kept_scene_make(&out->kept, flat, out->source, log));
-  out->kept->bvh2 = *bvh2;
-  out->kept->bvh8 = *bvh8;
-  *bvh2 = (Bvh2){0};
-  *bvh8 = (Bvh8){0};
-  out->movers = calloc((size_t)out->object_count + 1, sizeof *out->movers);
-  if (!out->movers) return log_no_memory(log, out->source->path);
-
-done:
-  return status;
-}
-
 static Status scene_make(DeviceScene *out, Device *device, const Scene *scene, bool movable, Timeline *timeline,
                          Log *log)
 {
   Status status = STATUS_OK;
   FlatScene flat = {0};
   DeviceScene made = {0};
-  Bvh2 bvh2 = {0};
-  Bvh8 bvh8 = {0};
+  SceneTrees trees = {0};
   double begin_ms = clock_ms();
   TRY(flat_scene_make(&flat, scene, log));
   if (timeline) timeline_end(timeline, "flatten the scene", begin_ms);
-  TRY(bvh_make(&made, &bvh2, &bvh8, device, &flat, timeline, log));
+  TRY(trees_make(&made, &trees, device, &flat, timeline, log));
   begin_ms = clock_ms();
   TRY(arrays_upload(&made, device, &flat, &scene->environment, log));
   if (timeline) timeline_end(timeline, "upload the scene", begin_ms);
@@ -114,13 +96,19 @@ static Status scene_make(DeviceScene *out, Device *device, const Scene *scene, b
   made.environment_lights = flat.environment_lights;
   made.source = scene;
   made.least_roughness = flat.least_roughness;
-  if (movable) TRY(scene_keep(&made, &flat, &bvh2, &bvh8, log));
+  if (movable) {
+    TRY(kept_scene_make(&made.kept, &flat, &trees, scene, log));
+    made.movers = calloc((size_t)made.object_count + 1, sizeof *made.movers);
+    if (!made.movers) {
+      status = log_no_memory(log, scene->path);
+      goto done;
+    }
+  }
   *out = made;
   made = (DeviceScene){0};
 
 done:
-  bvh2_free(&bvh2);
-  bvh8_free(&bvh8);
+  scene_trees_free(&trees);
   flat_scene_free(&flat);
   device_scene_free(&made);
   return status;

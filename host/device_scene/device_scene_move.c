@@ -3,7 +3,6 @@
 
 #include "base/clock.h"
 #include "device_scene/kept_scene.h"
-#include "device_scene/scene_trees.h"
 
 // Does every object still have the primitives, vertices and triangles that it had?
 static Status counts_check(const DeviceScene *scene, Log *log)
@@ -80,21 +79,30 @@ static bool shapes_moved(const KeptScene *kept)
   return false;
 }
 
-static Status trees_follow(DeviceScene *scene, Device *device, Timeline *timeline, Log *log)
+static Status trees_build_anew(DeviceScene *scene, Device *device, Timeline *timeline, Log *log)
 {
   Status status = STATUS_OK;
   KeptScene *kept = scene->kept;
-  bvh2_free(&kept->bvh2);
-  bvh8_free(&kept->bvh8);
   double begin_ms = clock_ms();
-  TRY(scene_trees_build(&kept->bvh2, &kept->bvh8, device, &kept->flat, log));
+  scene_trees_free(&kept->trees);
+  TRY(scene_trees_build(&kept->trees, device, &kept->flat, log));
+  TRY(scene_trees_link(&kept->trees, kept->flat.triangle_count, log));
   if (timeline) timeline_end(timeline, "build the BVH", begin_ms);
   begin_ms = clock_ms();
-  TRY(scene_trees_put(scene, device, &kept->bvh2, &kept->bvh8, log));
+  TRY(scene_trees_put(scene, device, &kept->trees, log));
   if (timeline) timeline_end(timeline, "upload the BVH", begin_ms);
 
 done:
   return status;
+}
+
+static Status trees_follow(DeviceScene *scene, Device *device, Timeline *timeline, Log *log)
+{
+  double begin_ms = clock_ms();
+  bool refitted = kept_scene_refit(scene->kept);
+  if (timeline) timeline_end(timeline, "refit the BVH", begin_ms);
+  return refitted ? scene_trees_write_moved(scene, device, &scene->kept->trees, log)
+                  : trees_build_anew(scene, device, timeline, log);
 }
 
 Status device_scene_move(DeviceScene *scene, Device *device, Timeline *timeline, Log *log)
@@ -109,7 +117,9 @@ Status device_scene_move(DeviceScene *scene, Device *device, Timeline *timeline,
   if (scene->mover_count == 0) goto done;
   status = geometry_write(scene, device, log);
   if (!status && shapes_moved(kept)) status = trees_follow(scene, device, timeline, log);
+  begin_ms = clock_ms();
   Status finished = device_finish(device, log);  // the host's arrays are the next move's to change
+  if (timeline) timeline_end(timeline, "upload what moved", begin_ms);
   if (!status) status = finished;
 
 done:

@@ -75,9 +75,11 @@ static Status before_allocate(KeptScene *kept, const Scene *scene, Log *log)
   kept->parts_moved = calloc((size_t)kept->part_count + 1, sizeof *kept->parts_moved);
   kept->candidates = calloc((size_t)kept->part_count + 1, sizeof *kept->candidates);
   kept->boxes = malloc(((size_t)kept->part_count + 1) * sizeof *kept->boxes);
+  kept->moved = calloc((size_t)scene->object_count + 1, sizeof *kept->moved);
   kept->transforms = malloc(((size_t)scene->object_count + 1) * sizeof *kept->transforms);
   bool failed = !before->positions || !before->normals || (flat->tangents && !before->tangents) || !before->corners ||
-                !kept->triples || !kept->parts_moved || !kept->candidates || !kept->boxes || !kept->transforms;
+                !kept->triples || !kept->parts_moved || !kept->candidates || !kept->boxes || !kept->moved ||
+                !kept->transforms;
   return failed ? log_no_memory(log, scene->path) : STATUS_OK;
 }
 
@@ -87,7 +89,7 @@ static void triples_copy(KeptScene *kept, FlatRange triangles)
     memcpy(kept->triples[i], kept->flat.corners[i].vertex, sizeof kept->triples[i]);
 }
 
-Status kept_scene_make(KeptScene **out, FlatScene *flat, const Scene *scene, Log *log)
+Status kept_scene_make(KeptScene **out, FlatScene *flat, SceneTrees *trees, const Scene *scene, Log *log)
 {
   Status status = STATUS_OK;
   KeptScene *kept = calloc(1, sizeof *kept);
@@ -103,11 +105,14 @@ Status kept_scene_make(KeptScene **out, FlatScene *flat, const Scene *scene, Log
                            .object_count = flat->object_count};
   flat->positions = flat->normals = NULL, flat->tangents = NULL;
   flat->corners = NULL, flat->flags = NULL, flat->object_starts = NULL;
+  kept->trees = *trees;
+  *trees = (SceneTrees){0};
   TRY(flat_parts_make(&kept->parts, &kept->part_count, scene, log));
   TRY(before_allocate(kept, scene, log));
   TRY(meshes_keep(kept, scene, log));
   for (uint32_t o = 0; o < scene->object_count; o++) kept->transforms[o] = scene->objects[o].world_from_object;
   triples_copy(kept, (FlatRange){0, kept->flat.triangle_count});
+  TRY(scene_trees_link(&kept->trees, kept->flat.triangle_count, log));
   *out = kept;
   kept = NULL;
 
@@ -130,8 +135,8 @@ void kept_scene_free(KeptScene *kept)
   free(kept->triples);
   flat_scene_free(&kept->flat);
   flat_scene_free(&kept->before);
-  bvh2_free(&kept->bvh2);
-  bvh8_free(&kept->bvh8);
+  free(kept->moved);
+  scene_trees_free(&kept->trees);
   free(kept);
 }
 
@@ -244,4 +249,22 @@ uint32_t kept_scene_follow(KeptScene *kept, Mover *movers, const Scene *scene)
                               .high = vec3(box.high[0], box.high[1], box.high[2])};
   }
   return count;
+}
+
+bool kept_scene_refit(KeptScene *kept)
+{
+  const FlatScene *flat = &kept->flat;
+  const TriangleSoup soup = {.positions = (const float(*)[3])flat->positions,
+                             .triangles = (const uint32_t(*)[3])kept->triples,
+                             .flags = flat->flags,
+                             .vertex_count = flat->vertex_count,
+                             .triangle_count = flat->triangle_count};
+  uint32_t count = 0, object = UINT32_MAX;
+  for (uint32_t i = 0; i < kept->candidate_count; i++) {
+    const uint32_t part = kept->candidates[i];
+    if (!(kept->parts_moved[part] & MOVED_SHAPE) || kept->parts[part].object == object) continue;
+    object = kept->parts[part].object;
+    kept->moved[count++] = (BvhIds){flat->object_starts[object], flat->object_starts[object + 1]};
+  }
+  return bvh_refit(&kept->trees.refit, &soup, kept->moved, count) && !bvh_refit_is_worn(&kept->trees.refit);
 }

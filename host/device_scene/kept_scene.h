@@ -2,8 +2,7 @@
 #pragma once
 
 #include "accel/box.h"
-#include "accel/bvh.h"
-#include "device_scene/device_scene.h"
+#include "device_scene/scene_trees.h"
 
 // What moved of a part, bit by bit.
 enum { MOVED_SHADING = 1, MOVED_SHAPE = 2 };  // normals or tangents; positions or corners
@@ -24,15 +23,18 @@ struct KeptScene {
   uint8_t *mesh_moved;  // [mesh_count]
   uint32_t mesh_count;
 
-  Bvh2 bvh2;
-  Bvh8 bvh8;  // only where device_traits()->wide_bvh
+  SceneTrees trees;
+  BvhIds *moved;  // [object_count] at most, triangles of movers whose shape moved
 };
 
-// Takes the geometry of `flat`, whose texture coordinates and colours it frees, and copies the pose of `scene`. The
-// trees are the caller's to fill. Errors: STATUS_NO_MEMORY.
-Status kept_scene_make(KeptScene **out, FlatScene *flat, const Scene *scene, Log *log);
+// Takes the geometry of `flat` and the trees, which are then empty, and copies the pose of `scene`.
+// Errors: STATUS_NO_MEMORY.
+Status kept_scene_make(KeptScene **out, FlatScene *flat, SceneTrees *trees, const Scene *scene, Log *log);
 void kept_scene_free(KeptScene *kept);
 
 // Flattens anew what may have moved, on both cores, and finds what did: marks the parts and lists the movers, up to
 // [object_count]. Returns how many there are. Where nothing moved it only reads each mesh and its copy.
 uint32_t kept_scene_follow(KeptScene *kept, Mover *movers, const Scene *scene);
+
+// Moves the trees to the movers' shapes of the last kept_scene_follow; false where they have to be built anew.
+bool kept_scene_refit(KeptScene *kept);

@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+const BvhOptions flat_bvh_options = {.max_leaf = 4, .traversal_cost = 1};
+
 Status flat_bvh_make(Bvh2 *out, const FlatScene *flat, Log *log)
 {
   // TriangleCorners is a triple of indices and a material: the builder takes the triples alone.
@@ -14,7 +16,7 @@ Status flat_bvh_make(Bvh2 *out, const FlatScene *flat, Log *log)
                        .flags = flat->flags,
                        .vertex_count = flat->vertex_count,
                        .triangle_count = flat->triangle_count};
-  Status status = bvh2_build(out, &soup, &(BvhOptions){.max_leaf = 4, .traversal_cost = 1}, log);
+  Status status = bvh2_build(out, &soup, &flat_bvh_options, log);
   free(triples);
   return status;
 }

@@ -4,6 +4,9 @@
 #include "accel/bvh.h"
 #include "device_scene/flat_scene.h"
 
+// How every tree of a scene is built.
+extern const BvhOptions flat_bvh_options;
+
 // Errors: those of bvh2_build.
 Status flat_bvh_make(Bvh2 *out, const FlatScene *flat, Log *log);
 
