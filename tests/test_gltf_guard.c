@@ -34,7 +34,7 @@ static void text_that_is_not_gltf(void **state)
   gltf_read_fails(gltf_save_text("hello"), STATUS_BAD_SCENE, "test.gltf: is not glTF: ");
   gltf_read_fails(gltf_save_text("  \n"), STATUS_BAD_SCENE, "is not glTF");
   gltf_read_fails(gltf_save_text("[1]"), STATUS_BAD_SCENE, "is not glTF");
-  gltf_read_fails(gltf_save_text("{'asset':"), STATUS_BAD_SCENE, "is not valid JSON (line 1: ");
+  gltf_read_fails(gltf_save_text("{'asset':"), STATUS_BAD_SCENE, "is not valid JSON (line 1, column 9: ");
   gltf_read_fails(gltf_save_text("{'scenes':[]}"), STATUS_BAD_SCENE, "is JSON, but not glTF (no asset.version)");
   gltf_read_fails(gltf_save_text("{'asset':{'version':'1.0'}}"), STATUS_UNSUPPORTED, "is glTF 1.0: convert");
   gltf_read_fails(gltf_save_text("{'asset':{'version':'2.0','minVersion':'2.1'}}"), STATUS_UNSUPPORTED, "is glTF 2.1");

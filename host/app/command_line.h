@@ -3,6 +3,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 
 #include "base/log.h"
@@ -13,6 +14,15 @@ typedef struct Option Option;
 // Errors: STATUS_USAGE, saying what is expected.
 typedef Status (*OptionReader)(void *field, const Option *option, const char *text, Log *log);
 
+// Kinds of value that an option may have as a key of a scene file, where its own reader judges what they say.
+enum {
+  OPTION_JSON_FLAG = 1,  // true or false
+  OPTION_JSON_NUMBER = 2,
+  OPTION_JSON_TEXT = 4,
+  OPTION_JSON_NUMBERS = 8,  // a list
+  OPTION_JSON_TEXTS = 16,
+};
+
 struct Option {
   const char *name;   // after the two dashes; NULL: this row is a heading
   char letter;        // short name; 0: none
@@ -22,6 +32,8 @@ struct Option {
   double low, high;          // of a number
   const char *const *words;  // that a value is chosen from, ends with NULL
   const char *help;          // lines after the first are set under it
+  uint32_t json;             // OPTION_JSON_*; 0: says how to run, and is no key of a scene file
+  char between;              // joins a list's values; 0: a comma
 };
 
 #define OPTION_HEADING(text) \

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "app/app.h"
-#include "app/command_line.h"
+#include "app/options.h"
 #include "report/profile.h"
 #include "scene/gltf.h"
 #include "scene/gltf_contents.h"
@@ -37,7 +37,8 @@ static const CommandLine info_command_line = {
         "\n"
         "Usage: frugal info SCENE [OPTIONS]\n"
         "\n"
-        "Says what a .gltf or .glb file holds and what of it will not be rendered. Opens no device.\n",
+        "Says what a .gltf or .glb file holds, or the one that a scene file (.json) names, and what of it will\n"
+        "not be rendered. Opens no device.\n",
     .closing = "\nExit codes: 0 the file can be read, 2 usage, 4 it cannot.\n",
     .options = info_options,
     .option_count = sizeof info_options / sizeof *info_options,
@@ -246,6 +247,7 @@ int app_info(int argc, char **argv)
   ImageHelper *images = NULL;
   Scene scene = {0};
   GltfContents contents = {0};
+  RenderOptions render = {0};
   TRY(command_line_parse(&options.help, &options.scene_path, 1, &options, &info_command_line, argc, argv, &log));
   if (options.help) {
     command_line_help(&info_command_line, stdout);
@@ -255,11 +257,14 @@ int app_info(int argc, char **argv)
     status = log_fail(&log, STATUS_USAGE, "info: no scene: frugal info SCENE");
     goto done;
   }
-  GltfOptions gltf = {
-      .scene = NONE, .allow_outside = options.allow_outside, .max_memory_bytes = options.max_memory_bytes};
+  TRY(render_options_read_file(&render, options.scene_path, options.allow_outside, &log));
+  GltfOptions gltf = {.scene = NONE,
+                      .allow_outside = options.allow_outside,
+                      .max_memory_bytes = options.max_memory_bytes,
+                      .changes = render.scene_file.document ? &render.scene_file : NULL};
   TRY(image_helper_start(&images, options.max_image_pixels, &log));
-  TRY(gltf_read(&scene, options.scene_path, &gltf, images, &log));
-  TRY(gltf_contents_read(&contents, options.scene_path, &gltf, &log));
+  TRY(gltf_read(&scene, render.gltf_path, &gltf, images, &log));
+  TRY(gltf_contents_read(&contents, render.gltf_path, &gltf, &log));
   if (options.json) {
     json = info_json(&scene, &contents, warnings);
     TRY(json_write("-", json, &log));
@@ -272,6 +277,7 @@ done:
   json_decref(warnings);
   scene_free(&scene);
   gltf_contents_free(&contents);
+  render_options_free(&render);
   image_helper_stop(images);
   return status ? app_fail(&log, status) : app_end_output(0);
 }

@@ -20,7 +20,7 @@ static const struct Command {
   int (*run)(int argc, char **argv);  // argv[0] is the name; returns the exit code
   const char *help;
 } commands[] = {
-    {"render", "SCENE -o OUT", app_render, "render a picture of a .glb or .gltf file"},
+    {"render", "SCENE -o OUT", app_render, "render a picture of a .glb, .gltf or scene file"},
     {"compare", "A B", app_compare, "say how far one picture is from another"},
     {"stability", "", app_stability, "measure where methods fail, and whether they say so"},
     {"info", "SCENE", app_info, "say what a scene holds, and what of it will not be rendered"},

@@ -2,7 +2,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 // "WxH", or `count` whole numbers between commas, each of at most `most`; false for anything else.
 static bool numbers_read(uint32_t *out, int count, char separator, unsigned long most, const char *text)
@@ -164,94 +163,109 @@ static const Option render_options[] = {
      .help = ".png, .jpg, .exr or .hdr; - writes to standard output"},
     {"format", 0, "FORMAT", option_read_name, FIELD(format), .words = WORDS("png", "jpg", "exr", "hdr"),
      .help = "png, jpg, exr or hdr, whatever the name's ending"},
-    {"size", 's', "WxH", read_size, FIELD(settings), .high = 65536, .help = "pixels (1280x720)"},
-    {"crop", 0, "X,Y,W,H", read_crop, FIELD(crop), .high = 65536,
+    {"size", 's', "WxH", read_size, FIELD(settings), .high = 65536, .json = OPTION_JSON_TEXT | OPTION_JSON_NUMBERS,
+     .between = 'x', .help = "pixels (1280x720)"},
+    {"crop", 0, "X,Y,W,H", read_crop, FIELD(crop), .high = 65536, .json = OPTION_JSON_TEXT | OPTION_JSON_NUMBERS,
      .help = "only this part of the picture, from its top left (all)"},
     {"samples", 'n', "N", option_read_u32, FIELD(settings.samples), .low = 1, .high = 1 << 20,
-     .help = "samples a pixel (1)"},
+     .json = OPTION_JSON_NUMBER, .help = "samples a pixel (1)"},
     {"exposure", 0, "EV", read_exposure, FIELD(exposure), .low = -64, .high = 64,
+     .json = OPTION_JSON_NUMBER | OPTION_JSON_TEXT,
      .help = "brightness, in powers of two (0), or auto: the surfaces'\nlog-average luminance becomes 0.18"},
     {"tone-map", 0, "CURVE", option_read_word, FIELD(picture.tone), .words = WORDS("none", "filmic", "pbr-neutral"),
-     .help = "none, filmic, pbr-neutral (none)"},
+     .json = OPTION_JSON_TEXT, .help = "none, filmic, pbr-neutral (none)"},
     {"background", 0, "WHAT", read_background, FIELD(background), .words = WORDS("environment", "transparent"),
+     .json = OPTION_JSON_TEXT,
      .help = "environment, transparent (.png, .exr) or #rrggbb: what the\ncamera sees behind the scene (environment)"},
     {"aov", 0, "LIST", read_aovs, FIELD(picture.aovs),
      .words = WORDS("depth", "position", "normal", "albedo", "object", "primitive", "material", "shadow", "reflection"),
+     .json = OPTION_JSON_TEXT | OPTION_JSON_TEXTS,
      .help = "layers of an .exr, joined by commas: depth position normal\nalbedo object primitive material shadow "
              "reflection"},
     {"bit-depth", 0, "BITS", option_read_u32, FIELD(picture.bit_depth), .low = 8, .high = 16,
-     .help = "8 or 16 bits a channel of a .png (8)"},
-    {"quality", 0, "Q", option_read_u32, FIELD(picture.quality), .low = 1, .high = 100,
+     .json = OPTION_JSON_NUMBER, .help = "8 or 16 bits a channel of a .png (8)"},
+    {"quality", 0, "Q", option_read_u32, FIELD(picture.quality), .low = 1, .high = 100, .json = OPTION_JSON_NUMBER,
      .help = "of a .jpg, 1 to 100 (95)"},
     {"compression", 0, "METHOD", option_read_text, FIELD(picture.compression),
+     .json = OPTION_JSON_NUMBER | OPTION_JSON_TEXT,
      .help = ".png: 0 to 9 (1); .exr: none, rle, zip, zips, piz, pxr24,\nb44, b44a, dwaa or dwab (zip)"},
     {"overwrite", 0, NULL, option_read_true, FIELD(overwrite), .help = "replace a picture that is there (the default)"},
     {"no-clobber", 0, NULL, option_read_false, FIELD(overwrite), .help = "fail where there is one already"},
 
     OPTION_HEADING("Animation:"),
-    {"frames", 0, "RANGE", option_read_frames, FIELD(frames),
+    {"frames", 0, "RANGE", option_read_frames, FIELD(frames), .json = OPTION_JSON_NUMBER | OPTION_JSON_TEXT,
      .help =
          "12, 0-47, 0-47x2 (each second one) or all: pictures of the\nscene as it moves, with {frame} or {frame:04} "
          "in the name of\neach output (one picture of the pose at rest)"},
-    {"fps", 0, "N", option_read_float, FIELD(fps), .low = 1e-3, .high = 1e6, .help = "frames a second (24)"},
-    {"animation", 0, "ANIMATION", option_read_text, FIELD(animation),
+    {"fps", 0, "N", option_read_float, FIELD(fps), .low = 1e-3, .high = 1e6, .json = OPTION_JSON_NUMBER,
+     .help = "frames a second (24)"},
+    {"animation", 0, "ANIMATION", option_read_text, FIELD(animation), .json = OPTION_JSON_NUMBER | OPTION_JSON_TEXT,
      .help = "index or name of an animation of the file (the first)"},
 
     OPTION_HEADING("View and light:"),
-    {"camera", 0, "CAMERA", option_read_text, FIELD(camera),
+    {"camera", 0, "CAMERA", option_read_text, FIELD(camera), .json = OPTION_JSON_NUMBER | OPTION_JSON_TEXT,
      .help = "index or name of a camera of the file, or fit: a view of\nall (the first, else fit)"},
     {"list-cameras", 0, NULL, option_read_true, FIELD(list_cameras),
      .help = "print the scene's cameras, render nothing"},
-    {"environment", 0, "LIGHT", read_environment, FIELD(environment),
+    {"environment", 0, "LIGHT", read_environment, FIELD(environment), .json = OPTION_JSON_TEXT,
      .help = "HDR image file, #rrggbb, sky or none (none for a scene with\nlights, else sky)"},
     {"environment-rotation", 0, "DEGREES", option_read_radians, FIELD(environment_rotation_rad), .low = -3600,
-     .high = 3600, .help = "about the vertical axis (0)"},
+     .high = 3600, .json = OPTION_JSON_NUMBER, .help = "about the vertical axis (0)"},
     {"environment-intensity", 0, "FACTOR", option_read_float, FIELD(environment_intensity), .high = 1e9,
-     .help = "times its radiance (1)"},
-    {"no-key-light", 0, NULL, option_read_false, FIELD(key_light), .help = "no built-in sun in a scene without lights"},
+     .json = OPTION_JSON_NUMBER, .help = "times its radiance (1)"},
+    {"no-key-light", 0, NULL, option_read_false, FIELD(key_light), .json = OPTION_JSON_FLAG,
+     .help = "no built-in sun in a scene without lights"},
 
     OPTION_HEADING("Methods:"),
     {"lighting", 0, "MODEL", option_read_word, FIELD(settings.lighting), .words = WORDS("pbr", "phong"),
-     .help = "pbr (glTF) or phong (the 2007 system's) (pbr)"},
-    {"ambient", 0, "A", option_read_float, FIELD(settings.ambient), .high = 1e6,
+     .json = OPTION_JSON_TEXT, .help = "pbr (glTF) or phong (the 2007 system's) (pbr)"},
+    {"ambient", 0, "A", option_read_float, FIELD(settings.ambient), .high = 1e6, .json = OPTION_JSON_NUMBER,
      .help = "ambient term of phong (0.05)"},
     {"primary", 0, "METHOD", option_read_word, FIELD(settings.primary), .words = WORDS("auto", "raster", "rays"),
-     .help = "raster, rays, or auto: the quicker; all show the same (auto)"},
+     .json = OPTION_JSON_TEXT, .help = "raster, rays, or auto: the quicker; all show the same (auto)"},
     {"methods", 0, "CHOICE", option_read_word, FIELD(settings.methods), .words = WORDS("auto", "exact"),
+     .json = OPTION_JSON_TEXT,
      .help = "exact: the most accurate method where none is named below;\nauto: that, unless samples are too few for "
              "it (auto)"},
     {"shadows", 0, "METHOD", option_read_word, FIELD(settings.shadows),
-     .words = WORDS("none", "map", "pcf", "pcss", "hybrid", "rays", "area", "auto"),
+     .words = WORDS("none", "map", "pcf", "pcss", "hybrid", "rays", "area", "auto"), .json = OPTION_JSON_TEXT,
      .help = "none, map, pcf, pcss, hybrid, rays, area, or auto: hybrid\nor rays, the quicker for each light (rays)"},
     {"shadow-map-size", 0, "N", read_map_size, FIELD(settings.shadow_options.map_size_px), .low = 16, .high = 8192,
+     .json = OPTION_JSON_NUMBER | OPTION_JSON_TEXT,
      .help = "texels a side of shadow maps, or auto: about a pixel each\n(auto)"},
     {"shadow-kernel", 0, "N", read_kernel, FIELD(settings.shadow_options.kernel_px), .low = 1, .high = 15,
-     .help = "texels a side that pcf averages, odd (3)"},
+     .json = OPTION_JSON_NUMBER, .help = "texels a side that pcf averages, odd (3)"},
     {"light-radius", 0, "M", option_read_float, FIELD(settings.shadow_options.light_radius_m), .high = 1e9,
-     .help = "of point and spot lights in metres, for pcss and area (0)"},
+     .json = OPTION_JSON_NUMBER, .help = "of point and spot lights in metres, for pcss and area (0)"},
     {"light-angle", 0, "DEGREES", option_read_radians, FIELD(settings.shadow_options.light_angle_rad), .high = 45,
+     .json = OPTION_JSON_NUMBER,
      .help = "half of what a directional light subtends, for pcss and\narea (0; the sun has 0.27)"},
     {"reflections", 0, "METHOD", read_reflections, FIELD(settings.reflections), .words = REFLECTIONS,
+     .json = OPTION_JSON_TEXT,
      .help = "what mirrors show: none, environment, cube, box, impostor,\nsnapshot, planar, candidates, mixed, hybrid, "
              "or rays (rays)"},
     {"deep-reflections", 0, "METHOD", read_reflections, FIELD(settings.deep_reflections), .words = REFLECTIONS,
+     .json = OPTION_JSON_TEXT,
      .help = "what mirrors in mirrors show: none, environment, cube, box,\nimpostor, snapshot, planar, candidates, "
              "mixed, hybrid, or rays\n"
              "(as --reflections)"},
     {"cube-size", 0, "N", read_cube_size, FIELD(settings.cubes.size_px), .low = 8, .high = 2048,
+     .json = OPTION_JSON_NUMBER | OPTION_JSON_TEXT,
      .help = "texels a side of cube maps, or auto: as pixels of the\nreflector (auto)"},
     {"near-radius", 0, "M", read_near_radius, FIELD(settings.cubes.near_radius_m), .high = 1e9,
+     .json = OPTION_JSON_NUMBER | OPTION_JSON_TEXT,
      .help = "what is so near a cube map's centre, in metres, is listed by\nsnapshot, candidates and mixed; or auto: "
              "by parallax (auto)"},
     {"snapshot-from", 0, "N", option_read_u32, FIELD(settings.cubes.complex_from), .low = 1, .high = UINT32_MAX,
-     .help = "triangles from which mixed takes a snapshot of an object (4096)"},
+     .json = OPTION_JSON_NUMBER, .help = "triangles from which mixed takes a snapshot of an object (4096)"},
     {"environment-light", 0, "METHOD", option_read_word, FIELD(settings.environment_light),
-     .words = WORDS("auto", "none", "ambient", "sh", "sh-ao", "sampled"),
+     .words = WORDS("auto", "none", "ambient", "sh", "sh-ao", "sampled"), .json = OPTION_JSON_TEXT,
      .help =
          "none, ambient, sh (harmonics), sh-ao (and ambient occlusion),\nsampled (auto: sampled from 16 samples on, "
          "else sh)"},
-    {"max-depth", 0, "N", option_read_u32, FIELD(settings.max_depth), .high = 1000, .help = "reflected bounces (8)"},
-    {"max-roughness", 0, "R", option_read_float, FIELD(settings.max_roughness), .high = 1,
+    {"max-depth", 0, "N", option_read_u32, FIELD(settings.max_depth), .high = 1000, .json = OPTION_JSON_NUMBER,
+     .help = "reflected bounces (8)"},
+    {"max-roughness", 0, "R", option_read_float, FIELD(settings.max_roughness), .high = 1, .json = OPTION_JSON_NUMBER,
      .help = "surfaces up to this roughness reflect; 0: mirrors alone\n(1 with cube maps, which answer without "
              "samples, and\nfrom 16 samples on, else 0; phong: 0)"},
 
@@ -260,7 +274,8 @@ static const Option render_options[] = {
      .help = "index or part of a name as in `frugal devices`, cpu, gpu\n(the best)"},
     {"threads", 0, "N", option_read_u32, FIELD(threads), .low = 1, .high = 256,
      .help = "of the host and of a CPU device (all)"},
-    {"seed", 0, "N", option_read_u32, FIELD(seed), .high = UINT32_MAX, .help = "random numbers of sampled effects (0)"},
+    {"seed", 0, "N", option_read_u32, FIELD(seed), .high = UINT32_MAX, .json = OPTION_JSON_NUMBER,
+     .help = "random numbers of sampled effects (0)"},
     {"max-memory", 0, "BYTES", option_read_bytes, FIELD(max_memory_bytes),
      .help = "most that the scene file and the picture may need, each,\nwith k, M or G (3/4 of RAM)"},
     {"max-image-pixels", 0, "N", option_read_u64, FIELD(max_image_pixels), .low = 1, .high = 1e12,
@@ -294,7 +309,9 @@ const CommandLine render_command_line = {
         "\n"
         "Usage: frugal render SCENE -o OUT [OPTIONS]\n"
         "\n"
-        "SCENE is a glTF 2.0 file (.glb, .gltf).\n",
+        "SCENE is a glTF 2.0 file (.glb, .gltf), or a scene file (.json) that names one in \"scene\", holds\n"
+        "options by their long names, which the command line's win over, and says what of \"nodes\" casts\n"
+        "no shadow.\n",
     .closing =
         "\nExit codes: 0 done, 2 usage, 3 no usable device, 4 input or memory, 5 output, 130 and 143 interrupted.\n",
     .options = render_options,
@@ -339,7 +356,7 @@ static Status format_check(const RenderOptions *options, Log *log)
 static Status frames_check(const RenderOptions *options, Log *log)
 {
   const FrameRange *range = &options->frames;
-  if (!range->given && (options->fps > 0 || options->animation))
+  if (!range->given && !options->scene_file.document && (options->fps > 0 || options->animation))
     return log_fail(log, STATUS_USAGE, "--%s: says how the scene moves, but one picture of it at rest is asked for: %s",
                     options->animation ? "animation" : "fps", "add --frames");
   const char *const paths[] = {options->output_path, options->stats_path};
@@ -371,25 +388,12 @@ static Status combination_check(const RenderOptions *options, Log *log)
 Status render_options_parse(RenderOptions *out, int argc, char **argv, Log *log)
 {
   Status status = STATUS_OK;
-  uint64_t ram = (uint64_t)sysconf(_SC_PHYS_PAGES) * (uint64_t)sysconf(_SC_PAGESIZE);
-  *out = (RenderOptions){
-      .settings = {.width = 1280,
-                   .height = 720,
-                   .samples = 1,
-                   .shadows = SHADOWS_RAYS,
-                   .shadow_options = {.kernel_px = 3},
-                   .reflections = REFLECTIONS_RAYS,
-                   .max_depth = 8,
-                   .max_roughness = MAX_ROUGHNESS_AUTO,
-                   .ambient = 0.05f},
-      .frames = {.step = 1},
-      .environment_intensity = 1,
-      .key_light = true,
-      .overwrite = true,
-      .max_memory_bytes = ram / 4 * 3,
-      .max_image_pixels = 1ull << 28,
-  };
+  *out = render_options_default();
   TRY(command_line_parse(&out->help, &out->scene_path, 1, out, &render_command_line, argc, argv, log));
+  if (out->scene_path && !out->help) {
+    TRY(render_options_read_file(out, out->scene_path, out->allow_outside, log));
+    TRY(command_line_parse(&out->help, &out->scene_path, 1, out, &render_command_line, argc, argv, log));
+  }
   if (out->help) return STATUS_OK;
   if (!out->scene_path) return log_fail(log, STATUS_USAGE, "render: no scene: frugal render SCENE -o OUT");
   if (out->list_cameras) return STATUS_OK;

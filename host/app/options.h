@@ -5,7 +5,7 @@
 #include "app/frames.h"
 #include "plan/plan.h"
 #include "render/picture.h"
-#include "scene/scene.h"
+#include "scene/scene_file.h"
 
 typedef enum EnvironmentChoice {
   ENVIRONMENT_UNSET,
@@ -47,7 +47,10 @@ typedef struct VerifyChoice {
 
 typedef struct RenderOptions {
   const char *scene_path, *output_path;
-  const char *format;  // png, jpg, exr, hdr
+  const char *gltf_path;   // what scene_path is, or names
+  SceneFile scene_file;    // owns texts of what follows
+  char *environment_path;  // of an image that it names, or NULL
+  const char *format;      // png, jpg, exr, hdr
   RenderSettings settings;
   Crop crop;
   PictureOptions picture;  // but for exposure and attributes
@@ -73,8 +76,17 @@ typedef struct RenderOptions {
 
 extern const CommandLine render_command_line;
 
-// Fills *out from argv[1..]. Errors: STATUS_USAGE, with the nearest option or value named.
+// Fills *out from the scene file, if argv names one, and from argv[1..], which wins. To be freed also on failure.
+// Errors: STATUS_USAGE, with the nearest option or value named; those of render_options_read_file.
 Status render_options_parse(RenderOptions *out, int argc, char **argv, Log *log);
+
+RenderOptions render_options_default(void);
+
+// The defaults, and over them what the scene says where it is a scene file. To be freed also on failure. Errors: those
+// of scene_file_read and file_keys_read.
+Status render_options_read_file(RenderOptions *out, const char *scene_path, bool allow_outside, Log *log);
+
+void render_options_free(RenderOptions *options);
 
 // The part of the whole picture that is rendered.
 PictureArea render_area(const RenderOptions *options);

@@ -66,14 +66,15 @@ static Status scene_read(Run *run)
   GltfOptions gltf = {.scene = NONE,
                       .allow_outside = options->allow_outside,
                       .max_memory_bytes = options->max_memory_bytes,
+                      .changes = options->scene_file.document ? &options->scene_file : NULL,
                       .structure_known = structure_known,
                       .context = run};
   double begin_ms = clock_ms();
   if (options->frames.given)
-    TRY(gltf_motion_open(&run->motion, &run->scene, options->scene_path, &gltf, options->animation, run->images,
+    TRY(gltf_motion_open(&run->motion, &run->scene, options->gltf_path, &gltf, options->animation, run->images,
                          run->log));
   else
-    TRY(gltf_read(&run->scene, options->scene_path, &gltf, run->images, run->log));
+    TRY(gltf_read(&run->scene, options->gltf_path, &gltf, run->images, run->log));
   if (options->list_cameras) goto done;
   if (scene_triangle_count(&run->scene) == 0) {
     status = log_fail(run->log, STATUS_BAD_SCENE,
@@ -136,6 +137,7 @@ static void run_free(Run *run)
   scene_free(&run->scene);
   image_helper_stop(run->images);
   timeline_free(&run->timeline);
+  render_options_free(&run->options);
 }
 
 static Status device_warm_up(Run *run)

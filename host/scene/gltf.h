@@ -2,11 +2,13 @@
 #pragma once
 
 #include "scene/scene.h"
+#include "scene/scene_file.h"
 
 typedef struct GltfOptions {
   int scene;                  // index, or NONE for the file's default scene
   bool allow_outside;         // URIs may leave the file's folder (--allow-outside)
   uint64_t max_memory_bytes;  // 0: no limit
+  const SceneFile *changes;   // what a scene file says of the nodes; NULL: nothing
   // Called, where it is not NULL, when all but the images' pixels is there; what can be prepared meanwhile may be.
   void (*structure_known)(void *context, const Scene *scene);
   void *context;

@@ -132,7 +132,7 @@ Status gltf_guard(char **json, Gltf *gltf)
     text = (GltfBytes){0};
     TRY(glb_split(&text, &bin, gltf));
   }
-  TRY(gltf_json_parse(gltf, text.bytes, text.size));
+  TRY(gltf_json_parse(gltf, &text));
   TRY(gltf_json_check_header(gltf));
   gltf_json_prune(gltf->document);
   TRY(gltf_json_check_rules(gltf));

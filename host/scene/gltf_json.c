@@ -36,28 +36,34 @@ static int nesting_of(const char *text, size_t size)
   return deepest;
 }
 
-Status gltf_json_parse(Gltf *gltf, const uint8_t *bytes, uint64_t size)
+Status gltf_json_object(json_t **out, Gltf *gltf, const GltfBytes *file, const JsonFile *kind)
 {
-  const char *text = (const char *)bytes;
+  const char *text = (const char *)file->bytes;
+  size_t size = file->size, blank = 0;
   json_error_t error;
   if (size >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0) {
     text += 3;
     size -= 3;
   }
-  size_t blank = 0;
   while (blank < size && strchr(" \t\r\n", text[blank])) blank++;
   if (blank == size || text[blank] != '{')
-    return gltf_fail(gltf, STATUS_BAD_SCENE, "name a .gltf or .glb file", "is not glTF");
+    return gltf_fail(gltf, STATUS_BAD_SCENE, kind->hint, "is not %s", kind->name);
   if (size > INT32_MAX)
     return gltf_fail(gltf, STATUS_TOO_LARGE, "store its buffers in files of their own", "has over 2 GiB of JSON");
   if (nesting_of(text, size) > GLTF_MAX_NESTING)
-    return gltf_fail(gltf, STATUS_BAD_SCENE, "flatten its extras and extensions", "JSON nested deeper than %d levels",
-                     GLTF_MAX_NESTING);
-  gltf->document = json_loadb(text, size, 0, &error);
-  if (!gltf->document)
-    return gltf_fail(gltf, STATUS_BAD_SCENE, GLTF_HINT_REPAIR, "is not valid JSON (line %d: %s)", error.line,
-                     error.text);
+    return gltf_fail(gltf, STATUS_BAD_SCENE, kind->nesting_hint, "JSON nested deeper than %d levels", GLTF_MAX_NESTING);
+  *out = json_loadb(text, size, kind->flags, &error);
+  if (!*out)
+    return gltf_fail(gltf, STATUS_BAD_SCENE, kind->repair_hint, "is not valid JSON (line %d, column %d: %s)",
+                     error.line, error.column, error.text);
   return STATUS_OK;
+}
+
+Status gltf_json_parse(Gltf *gltf, const GltfBytes *text)
+{
+  static const JsonFile kind = {"glTF", "name a .gltf or .glb file", "flatten its extras and extensions",
+                                GLTF_HINT_REPAIR, 0};
+  return gltf_json_object(&gltf->document, gltf, text, &kind);
 }
 
 static Status version_check(Gltf *gltf)

@@ -8,8 +8,19 @@
 // Deepest nesting of arrays and objects that is parsed; jansson, tinygltf and what follows recurse over it.
 enum { GLTF_MAX_NESTING = 128 };
 
-// Parses gltf->document. Errors: STATUS_BAD_SCENE (not JSON, not an object, nested too deep).
-Status gltf_json_parse(Gltf *gltf, const uint8_t *text, uint64_t size);
+// What a file of JSON ought to be, and what to do where it is not.
+typedef struct JsonFile {
+  const char *name, *hint;  // of what does not even begin as an object
+  const char *nesting_hint, *repair_hint;
+  size_t flags;  // of json_loadb
+} JsonFile;
+
+// Parses an object of JSON, a byte order mark before it or not. Errors: STATUS_BAD_SCENE (not JSON, not an object,
+// nested too deep), STATUS_TOO_LARGE.
+Status gltf_json_object(json_t **out, Gltf *gltf, const GltfBytes *file, const JsonFile *kind);
+
+// Parses gltf->document so.
+Status gltf_json_parse(Gltf *gltf, const GltfBytes *text);
 
 // Refuses versions other than 2.x and required extensions that are unknown, by name; warns of used ones that are.
 // Errors: STATUS_BAD_SCENE, STATUS_UNSUPPORTED.

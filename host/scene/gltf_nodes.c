@@ -205,6 +205,7 @@ Status gltf_nodes_read(Scene *scene, GltfPlaces *places, Gltf *gltf)
     if (node->light != NONE) TRY(light_add(&walk, walk.order[i]));
   }
   TRY(gltf_places_apply(scene, gltf, places, walk.worlds));
+  if (gltf->options->changes) TRY(scene_file_change(scene, gltf->options->changes, gltf->log));
 
 done:
   free(walk.worlds);

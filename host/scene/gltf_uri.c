@@ -125,48 +125,57 @@ static Status folder_of(char out[PATH_MAX + 1], Gltf *gltf)
   return STATUS_OK;
 }
 
-Status gltf_uri_resolve(char **out, Gltf *gltf, const char *uri)
+Status gltf_path_resolve(char **out, Gltf *gltf, const char *path)
 {
   Status status = STATUS_OK;
   bool outside_allowed = gltf->options->allow_outside;
   char folder[PATH_MAX + 1];
-  uint64_t size = 0;
-  char *relative = NULL, *joined = NULL, *real = NULL;
+  char *joined = NULL, *real = NULL;
   TRY(folder_of(folder, gltf));
-  TRY(gltf_allocate(&relative, gltf, strlen(uri) + 1, 1));
-  if (has_scheme(uri)) {
-    status = gltf_fail(gltf, STATUS_UNSUPPORTED, "store the file beside it and name it by a relative path",
-                       "refers to '%.200s'", uri);
+  if (!outside_allowed && (path[0] == '/' || climbs_out(path))) {
+    status = gltf_fail(gltf, STATUS_BAD_SCENE, HINT_OUTSIDE, "refers to '%.200s' outside its folder", path);
     goto done;
   }
-  if (!percent_decode((uint8_t *)relative, &size, uri) || size == 0 || memchr(relative, 0, size)) {
-    status = gltf_fail(gltf, STATUS_BAD_SCENE, GLTF_HINT_REPAIR, "'%.200s' is not a valid URI", uri);
-    goto done;
-  }
-  if (!outside_allowed && (relative[0] == '/' || climbs_out(relative))) {
-    status = gltf_fail(gltf, STATUS_BAD_SCENE, HINT_OUTSIDE, "refers to '%.200s' outside its folder", relative);
-    goto done;
-  }
-  TRY(gltf_allocate(&joined, gltf, strlen(folder) + size + 1, 1));
-  if (relative[0] != '/') strcpy(joined, folder);
-  strcat(joined, relative);
+  TRY(gltf_allocate(&joined, gltf, strlen(folder) + strlen(path) + 1, 1));
+  if (path[0] != '/') strcpy(joined, folder);
+  strcat(joined, path);
   real = realpath(joined, NULL);
   if (!real) {
-    status =
-        gltf_fail(gltf, STATUS_NOT_FOUND, "put the file there", "refers to '%.200s': %s", relative, strerror(errno));
+    status = gltf_fail(gltf, STATUS_NOT_FOUND, "put the file there", "refers to '%.200s': %s", path, strerror(errno));
     goto done;
   }
   if (!outside_allowed && !is_within(real, folder)) {
-    status = gltf_fail(gltf, STATUS_BAD_SCENE, HINT_OUTSIDE, "'%.200s' is a link that leaves its folder", relative);
+    status = gltf_fail(gltf, STATUS_BAD_SCENE, HINT_OUTSIDE, "'%.200s' is a link that leaves its folder", path);
     goto done;
   }
   *out = real;
   real = NULL;
 
 done:
-  free(relative);
   free(joined);
   free(real);
+  return status;
+}
+
+Status gltf_uri_resolve(char **out, Gltf *gltf, const char *uri)
+{
+  Status status = STATUS_OK;
+  uint64_t size = 0;
+  char *path = NULL;
+  TRY(gltf_allocate(&path, gltf, strlen(uri) + 1, 1));
+  if (has_scheme(uri)) {
+    status = gltf_fail(gltf, STATUS_UNSUPPORTED, "store the file beside it and name it by a relative path",
+                       "refers to '%.200s'", uri);
+    goto done;
+  }
+  if (!percent_decode((uint8_t *)path, &size, uri) || size == 0 || memchr(path, 0, size)) {
+    status = gltf_fail(gltf, STATUS_BAD_SCENE, GLTF_HINT_REPAIR, "'%.200s' is not a valid URI", uri);
+    goto done;
+  }
+  TRY(gltf_path_resolve(out, gltf, path));
+
+done:
+  free(path);
   return status;
 }
 

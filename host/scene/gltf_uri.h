@@ -9,9 +9,12 @@ bool gltf_uri_is_data(const char *uri);
 // STATUS_TOO_LARGE, STATUS_NO_MEMORY.
 Status gltf_uri_decode_data(GltfBytes *out, Gltf *gltf, const char *uri);
 
-// Turns a relative URI into the path of an existing file; the caller frees *out. Unless options->allow_outside, the URI
-// must be relative and the file, symbolic links followed, must lie in the folder of gltf->path or below.
-// Errors: STATUS_NOT_FOUND, STATUS_BAD_SCENE (outside), STATUS_UNSUPPORTED (http: and the like), STATUS_NO_MEMORY.
+// Turns a path relative to the folder of gltf->path into that of an existing file; the caller frees *out. Unless
+// options->allow_outside, the file, symbolic links followed, must lie in that folder or below. Errors:
+// STATUS_NOT_FOUND, STATUS_BAD_SCENE (outside), STATUS_NO_MEMORY.
+Status gltf_path_resolve(char **out, Gltf *gltf, const char *path);
+
+// The same for a relative URI. Errors: those, and STATUS_UNSUPPORTED (http: and the like).
 Status gltf_uri_resolve(char **out, Gltf *gltf, const char *uri);
 
 // Reads a regular file, its first `size` bytes or (size 0) all of it. `what` names it in messages. The caller frees

@@ -63,6 +63,7 @@ typedef struct Object {
   char *name;
   int mesh;
   Mat4 world_from_object;
+  bool shadowless;  // blocks no shadow ray, and is seen and reflected all the same
 } Object;
 
 typedef enum CameraKind { CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC } CameraKind;

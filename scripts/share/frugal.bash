@@ -10,7 +10,7 @@ _frugal_scene()
 {
   local word
   for word in "${COMP_WORDS[@]:2}"; do
-    [[ $word == *.@(glb|gltf) && -r $word ]] && printf '%s\n' "$word" && return
+    [[ $word == *.@(glb|gltf|json) && -r $word ]] && printf '%s\n' "$word" && return
   done
 }
 
