@@ -1,5 +1,5 @@
-// Refit of trees: afterwards they are whole, tight trees of the moved soup, they say what they wrote, and they know when
-// they are worn.
+// Refit of trees: afterwards they are whole, tight trees of the moved soup, they say what they wrote, and they know
+// when they are worn.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
