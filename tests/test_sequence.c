@@ -95,8 +95,8 @@ typedef struct Methods {
 
 enum { FRAMES = 2 };
 
-// Renders frames 6 and 12 of 24 together and one by one, and fails unless they are the same bytes, and the second another
-// picture than the first.
+// Renders frames 6 and 12 of 24 together and one by one, and fails unless they are the same bytes, and the second
+// another picture than the first.
 static Kept frames_render(const char *scene, const char *animation, Methods methods)
 {
   char *bytes[FRAMES];
