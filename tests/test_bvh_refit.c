@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "accel/bvh_cost.h"
 #include "accel/bvh_refit.h"
 #include "accel/bvh_validate.h"
 #include "base/parallel.h"
@@ -55,7 +56,8 @@ static void assert_valid(const Trees *trees, const Soup *soup)
   TriangleSoup view = soup_view(soup);
   assert_ok(bvh2_validate(&trees->two, &view, usual.max_leaf, &log), &log);
   assert_ok(bvh8_validate(&trees->eight, &view, &log), &log);
-  assert_near(bvh_refit_cost(&trees->refit), bvh2_cost(&trees->two, 1));
+  const double root_area = bvh2_root_area(&trees->two.nodes[0]);
+  assert_near(bvh2_cost_of_sum(trees->refit.cost_sum, root_area, 1), bvh2_cost(&trees->two, 1));
 }
 
 // Moves the trees, which must follow.
@@ -181,7 +183,7 @@ static void threads_do_not_change_the_refit(void **state)
     assert_memory_equal(trees[i].two.nodes, trees[0].two.nodes, trees[0].two.node_count * sizeof(Bvh2Node));
     assert_memory_equal(trees[i].eight.nodes, trees[0].eight.nodes, trees[0].eight.node_count * sizeof(Bvh8Node));
     assert_memory_equal(trees[i].eight.blocks, trees[0].eight.blocks, trees[0].eight.block_count * sizeof(Bvh8Block));
-    assert_true(bvh_refit_cost(&trees[i].refit) == bvh_refit_cost(&trees[0].refit));
+    assert_true(trees[i].refit.cost_sum == trees[0].refit.cost_sum);
     soup_free(&soup);
   }
   for (int i = 0; i < 3; i++) trees_free(&trees[i]);
@@ -222,8 +224,8 @@ static void what_is_finite_may_not_change(void **state)
   }
 }
 
-// A ball that flies as a whole costs its tree little; one that bursts wears it out, and is as good as new when it is
-// whole again.
+// A ball that turns and flies as a whole costs its tree little; one that bursts wears it out, which is as good as new
+// when the ball is whole again.
 static void trees_wear_out_where_neighbours_part(void **state)
 {
   static const float center[3] = {0, 0, 0}, low[3] = {-5, -5, -5}, high[3] = {5, -4, 5};
@@ -233,8 +235,12 @@ static void trees_wear_out_where_neighbours_part(void **state)
   const uint32_t ball = soup.triangle_count, ball_vertices = soup.vertex_count;
   soup_grid(&soup, 20, low, high);
   trees_build(&trees, &soup);
-  BvhIds moved = {0, ball};
-  for (uint32_t i = 0; i < ball_vertices; i++) soup.positions[i][1] += 3;
+  const BvhIds moved = {0, ball}, floor = {ball, soup.triangle_count};
+  for (uint32_t i = 0; i < ball_vertices; i++) {
+    float *at = soup.positions[i], x = at[0];
+    at[0] = 0.8f * x - 0.6f * at[1];
+    at[1] = 0.6f * x + 0.8f * at[1] + 3;
+  }
   refit_and_check(&trees, &soup, &moved, 1);
   assert_false(bvh_refit_is_worn(&trees.refit));
   float(*whole)[3] = copied(soup.positions, ball_vertices * sizeof *whole);
@@ -246,6 +252,11 @@ static void trees_wear_out_where_neighbours_part(void **state)
   memcpy(soup.positions, whole, ball_vertices * sizeof *whole);
   refit_and_check(&trees, &soup, &moved, 1);
   assert_false(bvh_refit_is_worn(&trees.refit));
+
+  // What flies far off stretches all boxes above it, and makes the rest small beside the whole.
+  triangle_shift(&soup, floor.begin, 0, 400, 0);
+  refit_and_check(&trees, &soup, &floor, 1);
+  assert_true(bvh_refit_is_worn(&trees.refit));
   free(whole);
   trees_free(&trees);
   soup_free(&soup);

@@ -14,7 +14,6 @@
 #include "scene/scene_build.h"
 #include "support/oracle_scene.h"
 #include "support/picture_fixture.h"
-#include "support/trace_rays.h"
 
 enum { FLOOR, BOX, BALL, SIGN, OBJECTS };
 
@@ -170,6 +169,13 @@ static void assert_bounds(const Mover *mover, Vec3 low, Vec3 high)
     if (fabs(got[i] - want[i]) > 1e-6) fail_msg("object %u: bound %d is %g, not %g", mover->object, i, got[i], want[i]);
 }
 
+static uint32_t spans_named(const Timeline *timeline, const char *name)
+{
+  uint32_t count = 0;
+  for (size_t i = 0; i < timeline->count; i++) count += strcmp(timeline->spans[i].name, name) == 0;
+  return count;
+}
+
 static void moved_objects_move_and_no_others(void **state)
 {
   Scene scene = scene_make();
@@ -272,10 +278,13 @@ static void meshes_change_in_place(void **state)
   Primitive *box = &scene.meshes[scene.objects[BOX].mesh].primitives[0];
   box->normals[3][0] = -box->normals[3][0] + 0.125f;
   geometry_spoil(&on_device);
-  picture_assert_ok(device_scene_move(&on_device, picture_device(0), NULL, &picture_log));
+  Timeline timeline = {0};
+  picture_assert_ok(device_scene_move(&on_device, picture_device(0), &timeline, &picture_log));
+  assert_int_equal(spans_named(&timeline, "refit the BVH"), 0);
   assert_int_equal(on_device.mover_count, 1);
   assert_int_equal(on_device.movers[0].object, BOX);
   assert_bounds(&on_device.movers[0], vec3(-2, 0, -1), vec3(-1, 1, 1));
+  timeline_free(&timeline);
   assert_still_spoilt(&on_device.positions);  // the normals alone changed
   assert_still_spoilt(&on_device.bvh2_nodes);
   device_scene_free(&on_device);
@@ -288,6 +297,28 @@ static void meshes_change_in_place(void **state)
   on_device = movable_make(&scene);
   mesh_positions(&scene, SIGN)[1][2] = 2;
   MOVE_AND_CHECK(&on_device, FLOOR, SIGN);
+  device_scene_free(&on_device);
+  scene_free(&scene);
+}
+
+// A mesh that is flattened in several parts: what changes in one of them alone is found and written there.
+static void large_meshes_move_in_parts(void **state)
+{
+  Scene scene = scene_make();
+  const uint32_t large = scene_add_sphere(&scene, 0, vec3(0, 3, 0), 2, 100);
+  DeviceScene on_device = movable_make(&scene);
+  const Primitive *primitive = &scene.meshes[scene.objects[large].mesh].primitives[0];
+  assert_true(primitive->triangle_count > 32768);
+  object_shift(&scene, large, 0, 1, 0);
+  MOVE_AND_CHECK(&on_device, large);
+  assert_bounds(&on_device.movers[0], vec3(-2, 1, -2), vec3(2, 6, 2));
+  for (uint32_t i = 1; i < 8; i++) {
+    const uint32_t vertex = primitive->triangles[i * (primitive->triangle_count - 1) / 7][0];
+    primitive->positions[vertex][0] *= 0.875f;
+    primitive->normals[vertex - 1][1] *= 0.5f;
+    MOVE_AND_CHECK(&on_device, large);
+    assert_bounds(&on_device.movers[0], vec3(-2, 2, -2), vec3(2, 6, 2));
+  }
   device_scene_free(&on_device);
   scene_free(&scene);
 }
@@ -392,11 +423,17 @@ static void what_came_or_went_is_refused(void **state)
 int main(void)
 {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(moved_objects_move_and_no_others), cmocka_unit_test(where_nothing_moves_nothing_is_written),
-      cmocka_unit_test(a_move_under_rounding_is_none),    cmocka_unit_test(lights_move_alone),
-      cmocka_unit_test(meshes_change_in_place),           cmocka_unit_test(a_vertex_goes_to_infinity_and_comes_back),
-      cmocka_unit_test(an_object_leaves_wholly),          cmocka_unit_test(scales_may_be_zero_or_mirror),
-      cmocka_unit_test(corners_alone_make_a_mover),       cmocka_unit_test(what_came_or_went_is_refused),
+      cmocka_unit_test(moved_objects_move_and_no_others),
+      cmocka_unit_test(where_nothing_moves_nothing_is_written),
+      cmocka_unit_test(a_move_under_rounding_is_none),
+      cmocka_unit_test(lights_move_alone),
+      cmocka_unit_test(meshes_change_in_place),
+      cmocka_unit_test(large_meshes_move_in_parts),
+      cmocka_unit_test(a_vertex_goes_to_infinity_and_comes_back),
+      cmocka_unit_test(an_object_leaves_wholly),
+      cmocka_unit_test(scales_may_be_zero_or_mirror),
+      cmocka_unit_test(corners_alone_make_a_mover),
+      cmocka_unit_test(what_came_or_went_is_refused),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }

@@ -10,6 +10,7 @@
 enum {
   SUBTREES_PER_TREE = 64,
   CHUNK = 4096,        // triangles that one thread moves at once
+  AHEAD = 16,          // of them, which lie anywhere in the tree: so far ahead they are fetched
   BLOCK_CHUNK = 1024,  // blocks, or wide nodes
   FEW_TRIANGLES = 8,   // a wide tree of one block, whose box is no box of the binary tree
 };
@@ -128,7 +129,7 @@ Status bvh_refit_make(BvhRefit *out, Bvh2 *two, Bvh8 *eight, uint32_t triangle_c
     return log_no_memory(log, "BVH");
   }
   cost_sum_anew(&refit);
-  refit.built_cost = bvh_refit_cost(&refit);
+  refit.built_sum = refit.cost_sum;
   *out = refit;
   return STATUS_OK;
 }
@@ -167,8 +168,9 @@ static void triangles_move(void *context, size_t index)
   const uint32_t begin = pass->moved.begin + (uint32_t)index * CHUNK;
   const uint32_t end = pass->moved.end - begin > CHUNK ? begin + CHUNK : pass->moved.end;
   for (uint32_t id = begin; id < end; id++) {
-    const BvhPlace place = refit->places[id];
+    const BvhPlace place = refit->places[id], later = refit->places[end - id > AHEAD ? id + AHEAD : id];
     float vertex[3][3];
+    if (later.slot != BVH_EMPTY) __builtin_prefetch(&refit->two->triangles[later.slot], 1);
     const bool finite = triangle_read(vertex, pass->soup, id);
     if (finite != (place.slot != BVH_EMPTY)) __atomic_store_n(&pass->finite_changed, 1, __ATOMIC_RELAXED);
     if (!finite || place.slot == BVH_EMPTY) continue;
@@ -318,9 +320,4 @@ bool bvh_refit(BvhRefit *refit, const TriangleSoup *soup, const BvhIds *moved, u
   return true;
 }
 
-double bvh_refit_cost(const BvhRefit *refit)
-{
-  return bvh2_cost_of_sum(refit->cost_sum, bvh2_root_area(&refit->two->nodes[0]), refit->traversal_cost);
-}
-
-bool bvh_refit_is_worn(const BvhRefit *refit) { return bvh_refit_cost(refit) > BVH_WORN * refit->built_cost; }
+bool bvh_refit_is_worn(const BvhRefit *refit) { return refit->cost_sum > BVH_WORN * refit->built_sum; }
