@@ -317,6 +317,31 @@ static void map_shows_what_rays_hit(void **state)
   }
 }
 
+// Every way leaves out what casts no shadow, and that alone.
+static void what_casts_no_shadow_is_left_out(void **state)
+{
+  enum { TEXELS = 96 };
+  RasterView view = map_view_flat(TEXELS);
+  float *maps[3];
+  for (int variant = 0; variant < 3; variant++) {  // with a sphere that casts, without it, with one that does not
+    Scene scene = scene_empty();
+    RasterFixture fixture;
+    int grey = scene_add_material(&scene, material_plain(vec3(0.5, 0.5, 0.5), 0, 1));
+    scene_add_quad(&scene, grey, vec3(0, 0, 0.9), vec3(1, 0, 0), vec3(0, 1, 0));
+    scene_add_sphere(&scene, grey, vec3(0.3, 0.4, 0.5), 0.2, 9);
+    if (variant != 1) scene_add_sphere(&scene, grey, vec3(0.5, 0.5, 0.4), 0.3, 12);
+    scene.objects[scene.object_count - 1].shadowless = variant == 2;
+    raster_fixture_make(&fixture, &scene);
+    maps[variant] = maps_by_all(&fixture, &view, 1);
+    raster_fixture_free(&fixture);
+    scene_free(&scene);
+  }
+  size_t bytes = TEXELS * TEXELS * sizeof(float);
+  assert_memory_not_equal(maps[0], maps[1], bytes);
+  assert_memory_equal(maps[2], maps[1], bytes);
+  for (int variant = 0; variant < 3; variant++) free(maps[variant]);
+}
+
 static void sizes_that_do_not_fit_are_refused(void **state)
 {
   static const uint32_t sizes[] = {0, 6, 8196};
@@ -346,6 +371,7 @@ int main(void)
       cmocka_unit_test(caster_before_the_near_plane_is_drawn_at_0),
       cmocka_unit_test(triangles_larger_than_the_range_are_clipped),
       cmocka_unit_test(map_shows_what_rays_hit),
+      cmocka_unit_test(what_casts_no_shadow_is_left_out),
       cmocka_unit_test(sizes_that_do_not_fit_are_refused),
   };
   return cmocka_run_group_tests(tests, raster_tests_begin, raster_tests_end);

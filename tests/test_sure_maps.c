@@ -174,6 +174,16 @@ static void every_way_and_width_knows_the_same(void **state)
   scene_free(&scene);
 }
 
+// The same where some of it casts no shadow.
+static void every_way_leaves_out_the_same(void **state)
+{
+  Scene scene = scene_features();
+  Camera camera = scene_features_camera();
+  for (uint32_t i = 0; i < scene.object_count; i += 3) scene.objects[i].shadowless = true;
+  scene_check(&scene, &camera, 36, 0);
+  scene_free(&scene);
+}
+
 // Lists that overflow, in bins that several passes add to.
 static void passes_add_up_to_the_whole(void **state)
 {
@@ -287,6 +297,7 @@ int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(every_way_and_width_knows_the_same),
+      cmocka_unit_test(every_way_leaves_out_the_same),
       cmocka_unit_test(passes_add_up_to_the_whole),
       cmocka_unit_test(marked_tiles_know_what_the_whole_map_knows),
       cmocka_unit_test(smaller_maps_are_marked_alike),

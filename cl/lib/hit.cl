@@ -1,6 +1,7 @@
 // Which hits count, and which of two is seen: the rules that raster and rays share.
 
 #include "lib/alpha.cl"
+#include "lib/shadowless.cl"
 #include "lib/slab.cl"
 #include "lib/triangle.cl"
 

@@ -8,6 +8,7 @@
 
 #include "lib/alpha.cl"
 #include "lib/depth_clip.cl"
+#include "lib/shadowless.cl"
 #include "lib/view.cl"
 #include "shared/bvh.h"
 

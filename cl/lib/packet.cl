@@ -91,6 +91,7 @@ static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uin
 {
   for (uint i = first; i < first + count; i++) {
     uint id = triangles[i].id, flags = triangles[i].flags;
+    if (any_hit && !culls && is_shadowless(flags)) continue;
     TriangleHit hit = packet_triangle(&triangles[i], ray, kz);
     IntL accept = packet_accept(p, &hit, group, id, flags, positive_kz, any_hit, culls);
     if (!any_lane(accept)) continue;

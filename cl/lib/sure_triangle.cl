@@ -4,6 +4,7 @@
 //   From  Akenine-Moller, Aila, "Conservative and Tiled Rasterization Using a Modified Triangle Setup", 2005.
 
 #include "lib/depth_clip.cl"
+#include "lib/shadowless.cl"
 #include "lib/sure_tiles.cl"
 #include "lib/view.cl"
 #include "shared/bvh.h"
@@ -240,7 +241,10 @@ static inline IntL list_setup(ListTriangle *t, IntL box[4], IntL *marked, global
   UintL id = LANE_LOAD(blocks[first / RASTER_STEP].id, first % RASTER_STEP);
   IntL unused = id == UINTL(RASTER_UNUSED);
   *marked = what == SURE_NONE_MARKED ? INTL(0) : lanes_marked(marks, id, !unused);
-  if (what == SURE_MARKED_LEFT_OUT) unused = unused | *marked;
+  if (what == SURE_MARKED_LEFT_OUT)
+    unused = unused | *marked;
+  else
+    unused = unused | lanes_shadowless(LANE_LOAD(blocks[first / RASTER_STEP].flags, first % RASTER_STEP));
   triangles_load(corners, a, blocks, first, &view->raster);
   *t = list_triangle(view, view->raster.width, a, what == SURE_MARKED_SOLID ? *marked : INTL(0), unused);
   list_bounds(box, t, &view->raster);

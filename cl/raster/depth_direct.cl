@@ -31,7 +31,7 @@ static inline MapTriangle triangle_setup(const Scope *scope, uint number)
   uint slot = number % RASTER_STEP;
   Vec3L corners[3], a[3];
   triangles_load(corners, a, scope->blocks, number, scope->view);
-  return map_triangle_setup(scope->view, a, block->id[slot] == RASTER_UNUSED);
+  return map_triangle_setup(scope->view, a, block->id[slot] == RASTER_UNUSED || is_shadowless(block->flags[slot]));
 }
 
 static inline bool triangle_window(WindowTriangle *out, const MapTriangle *t, int4 window)

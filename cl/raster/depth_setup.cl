@@ -36,7 +36,7 @@ kernel void depth_setup(global const RasterBlock *blocks, global const RasterBou
     UintL flags = LANE_LOAD(block->flags, first % RASTER_STEP), id = LANE_LOAD(block->id, first % RASTER_STEP);
     Vec3L corners[3], a[3];
     triangles_load(corners, a, blocks, first, view);
-    MapTriangle t = map_triangle_setup(view, a, id == UINTL(RASTER_UNUSED));
+    MapTriangle t = map_triangle_setup(view, a, (id == UINTL(RASTER_UNUSED)) | lanes_shadowless(flags));
     uint bits = lane_bits(!t.culled);
     if (!bits) continue;
 

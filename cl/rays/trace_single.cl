@@ -81,6 +81,7 @@ static inline bool ray_block(Ray *ray, global const Bvh8Block *block, bool any_h
   accept = accept & (hit.t > hit.t_error);
   if (any_hit) accept = accept & hit_before_end(&hit, limit);
   UintL flags = vload8(0, block->flags);
+  if (any_hit && !culls) accept = accept & !lanes_shadowless(flags);
   if (culls)
     accept = accept &
              (((flags & UINTL(TRIANGLE_SINGLE_SIDED)) == UINTL(0)) | (hit.determinant_positive == ray->positive_kz));

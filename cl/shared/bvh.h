@@ -31,6 +31,7 @@ SHARED_SIZE(BvhTriangle, 48);
 #define TRIANGLE_SINGLE_SIDED 1u  // open to camera and reflected rays from behind; shadow rays see either side
 #define TRIANGLE_MASKED 2u        // alpha MASK: the texture decides whether a hit counts
 #define TRIANGLE_BLENDED 4u       // alpha BLEND: shadow rays pass, weakened
+#define TRIANGLE_SHADOWLESS 8u    // shadow rays pass
 
 // Eight children, structure of arrays. An unused child has an empty box (low = +inf, high = -inf).
 typedef struct Bvh8Node {

@@ -97,10 +97,10 @@ SHARED_SIZE(ShadowBlock, 320);
 #define SHADOW_ROUNDING 2e-5f           // of 1 / w, relative
 #define SHADOW_ROUNDING_PARALLEL 4e-6f  // of depths in [0, 1]
 
-// What marks of triangles mean when maps are drawn.
+// What marks of triangles mean when maps are drawn: a light's, where what casts no shadow is left out, or a cube's.
 #define SURE_NONE_MARKED 0u
-#define SURE_MARKED_SOLID 1u  // of closed surfaces: the sides that face the light are left out
-#define SURE_MARKED_LEFT_OUT 2u
+#define SURE_MARKED_SOLID 1u     // of closed surfaces: the sides that face the light are left out
+#define SURE_MARKED_LEFT_OUT 2u  // of a cube: all others are drawn
 
 // Words of a triangle's record for them (cl/raster/shadow_setup.cl).
 #define SURE_EDGE 0  // 3 times (x, y, constant), floats: >= 0 where texel (x, y) may be touched

@@ -31,7 +31,7 @@ typedef struct DeviceScene {
   KeptScene *kept;  // NULL unless made by device_scene_make_movable
 
   uint32_t vertex_count, triangle_count, object_count, light_count, material_count;
-  bool has_textures, has_normal_maps, has_masks, has_blends, has_colors, has_mirrors;
+  bool has_textures, has_normal_maps, has_masks, has_blends, has_colors, has_mirrors, has_shadowless;
   bool environment_lights;
   float least_roughness;  // as in FlatScene
   double extent_m;        // diagonal of the bounds
@@ -55,8 +55,8 @@ Status device_scene_move(DeviceScene *scene, Device *device, Timeline *timeline,
 // The object of a triangle, by the first triangles of all objects.
 uint32_t object_of_triangle(const uint32_t *object_starts, uint32_t object_count, uint32_t triangle);
 
-// Fills has_textures to has_colors alone, from a scene whose images may not be decoded yet: what device_scene_options
-// tells.
+// Fills has_textures to has_colors and has_shadowless alone, from a scene whose images may not be decoded yet: what
+// device_scene_options tells.
 void device_scene_features(DeviceScene *out, const Scene *scene);
 
 // "-D HAS_TEXTURES ..." for the kernels that read surfaces or test alpha: code for what the scene lacks is not

@@ -80,6 +80,13 @@ static void attributes_copy(FlatScene *flat, const Primitive *from, const FlatPa
   }
 }
 
+static uint32_t triangle_flags(const Material *material, const Object *object)
+{
+  return (material->double_sided ? 0 : TRIANGLE_SINGLE_SIDED) |
+         (material->alpha_mode == ALPHA_MASK ? TRIANGLE_MASKED : 0) |
+         (material->alpha_mode == ALPHA_BLEND ? TRIANGLE_BLENDED : 0) | (object->shadowless ? TRIANGLE_SHADOWLESS : 0);
+}
+
 static void part_flatten(void *context, size_t index)
 {
   Flattening *work = context;
@@ -87,10 +94,7 @@ static void part_flatten(void *context, size_t index)
   const FlatPart *part = &work->parts[index];
   const Primitive *from = part_primitive(part, work->scene);
   const Material *material = &work->scene->materials[from->material];
-  uint32_t flags =
-      (material->double_sided ? 0 : TRIANGLE_SINGLE_SIDED) | (material->alpha_mode == ALPHA_MASK    ? TRIANGLE_MASKED
-                                                              : material->alpha_mode == ALPHA_BLEND ? TRIANGLE_BLENDED
-                                                                                                    : 0);
+  uint32_t flags = triangle_flags(material, &work->scene->objects[part->object]);
   flat_part_place(flat, work->scene, part);
   attributes_copy(flat, from, part);
   for (uint32_t at = part->triangles.begin; at < part->triangles.end; at++) flat->flags[at] = flags;

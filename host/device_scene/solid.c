@@ -241,7 +241,7 @@ static Status pieces_list(Solids *solids, Log *log)
     list.piece_of = solids->mesh_pieces[object->mesh];
     list.object = o;
     memset(list.place_of, 0, (3ull * triangles + 1) * sizeof *list.place_of);
-    object_visit(scene, object, piece_extend, &list);
+    if (!object->shadowless) object_visit(scene, object, piece_extend, &list);
     list.first_triangle += triangles;
   }
   free(list.place_of);

@@ -7,7 +7,7 @@
 #include "shared/camera.h"
 #include "shared/scene.h"
 
-// A closed, consistently wound, connected piece of an object, none of it masked or blended.
+// A closed, consistently wound, connected piece of an object that casts shadows, none of it masked or blended.
 typedef struct SolidPiece {
   uint32_t object;
   uint32_t number;  // of the piece in its mesh

@@ -30,7 +30,7 @@ const char *raster_visibility_path(RasterWay way)
 Status raster_program(Program **out, Device *device, const DeviceScene *scene, const char *path, Log *log)
 {
   char surfaces[128] = "", options[192];
-  if (scene->has_masks) device_scene_options(scene, surfaces, sizeof surfaces);
+  if (scene->has_masks || scene->has_shadowless) device_scene_options(scene, surfaces, sizeof surfaces);
   snprintf(options, sizeof options, "%s-D GROUP_SIZE=%u", surfaces, device_traits(device)->group_size);
   return program_build(out, device, path, options, log);
 }
@@ -42,7 +42,9 @@ Status raster_scene_make(RasterScene *out, Device *device, const DeviceScene *sc
   Program *program = NULL;
   Kernel kernel = {0};
   uint32_t triangles = (uint32_t)(scene->bvh2_triangles.bytes / sizeof(BvhTriangle));
-  RasterScene made = {.triangle_count = triangles, .chunk_count = (triangles + RASTER_CHUNK - 1) / RASTER_CHUNK};
+  RasterScene made = {.triangle_count = triangles,
+                      .chunk_count = (triangles + RASTER_CHUNK - 1) / RASTER_CHUNK,
+                      .has_shadowless = scene->has_shadowless};
   TRY(raster_program(&program, device, scene, raster_visibility_path(raster_way(options, device)), log));
   TRY(program_kernel(&kernel, program, "triangle_pack", log));
   size_t blocks = (size_t)made.chunk_count * RASTER_CHUNK_BLOCKS;

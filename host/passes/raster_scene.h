@@ -7,6 +7,7 @@ typedef struct RasterScene {
   DeviceBuffer blocks;  // RasterBlock [chunk_count][RASTER_CHUNK_BLOCKS], in the order of the BVH's leaves
   DeviceBuffer bounds;  // RasterBounds [chunk_count]
   uint32_t triangle_count, chunk_count;
+  bool has_shadowless;
 } RasterScene;
 
 // Two ways to the same result. Bins: triangles are sorted into squares of pixels, which are drawn each by one

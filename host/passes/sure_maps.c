@@ -18,11 +18,16 @@ uint32_t sure_maps_tiles(const ShadowInfo *info)
 const uint64_t sure_tile_bytes =
     sizeof(ShadowTile) + SHADOW_TILE_BLOCKS * (sizeof(ShadowBlock) + (SHADOW_NUMBERS - 1) * sizeof(ShadowRow));
 
-static Status bins_make(SureRaster *raster, Device *device, Log *log)
+static const char *shadowless_option(const RasterScene *triangles)
+{
+  return triangles->has_shadowless ? "-D HAS_SHADOWLESS " : "";
+}
+
+static Status bins_make(SureRaster *raster, Device *device, const RasterScene *triangles, Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
-  TRY(program_build(&program, device, "raster/shadow_texels.cl", "", log));
+  TRY(program_build(&program, device, "raster/shadow_texels.cl", shadowless_option(triangles), log));
   TRY(program_kernel(&raster->setup, program, "shadow_setup", log));
   TRY(program_kernel(&raster->bins, program, "shadow_bins", log));
 
@@ -30,13 +35,13 @@ done:
   return status;
 }
 
-static Status direct_make(SureRaster *raster, Device *device, Log *log)
+static Status direct_make(SureRaster *raster, Device *device, const RasterScene *scene, Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
-  char options[32];
+  char options[64];
   size_t triangles = (size_t)raster->pass_chunks * RASTER_CHUNK;
-  snprintf(options, sizeof options, "-D GROUP_SIZE=%u", device_traits(device)->group_size);
+  snprintf(options, sizeof options, "%s-D GROUP_SIZE=%u", shadowless_option(scene), device_traits(device)->group_size);
   TRY(program_build(&program, device, "raster/shadow_direct.cl", options, log));
   TRY(program_kernel(&raster->take, program, "shadow_take", log));
   TRY(program_kernel(&raster->place, program, "shadow_place", log));
@@ -69,7 +74,7 @@ Status sure_raster_make(SureRaster *out, Device *device, const RasterScene *tria
   const uint32_t all = triangles->chunk_count * SHADOW_VIEWS_MOST;
   raster.pass_chunks = smaller(raster_pass_chunks(options, device, pass_way(&raster, device)), all);
   if (raster.pass_chunks < SHADOW_VIEWS_MOST) raster.pass_chunks = SHADOW_VIEWS_MOST;
-  TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, log));
+  TRY((raster.way == RASTER_WAY_BINS ? bins_make : direct_make)(&raster, device, triangles, log));
   *out = raster;
   raster = (SureRaster){0};
 

@@ -207,6 +207,7 @@ Status compile_ahead_run(int input, Log *log)
   scene.has_masks = request.features.has_masks;
   scene.has_blends = request.features.has_blends;
   scene.has_colors = request.features.has_colors;
+  scene.has_shadowless = request.features.has_shadowless;
   frame.device = device;
   frame.scene = &scene;
   frame.request.plan = request.plan;
