@@ -14,7 +14,7 @@
 
 enum { WIDTH = 144, HEIGHT = 96, PIXELS = WIDTH * HEIGHT };
 
-static const uint32_t widths[] = {16, 8, 1};
+static const uint32_t widths[] = {16, 1};
 static const ShadowMethod methods[] = {SHADOWS_RAYS, SHADOWS_HYBRID, SHADOWS_MAP,
                                        SHADOWS_PCF,  SHADOWS_PCSS,   SHADOWS_AREA};
 
@@ -53,6 +53,8 @@ static Stage stage_make(Tested tested)
   stage.mirrors[0] = scene_add_quad(scene, mirror, vec3(-2, 0.1, -2), vec3(4, 0, 0), vec3(0, 1.8, 0));
   stage.mirrors[1] = scene_add_sphere(scene, mirror, vec3(1.7, 0.5, 1.1), 0.5, 16);
   for (int i = -1; i <= 1; i += 2) scene_add_box(scene, white, vec3(2.8 * i, 0, -2.9), vec3(2.8 * i + 0.1, 2.5, -2.8));
+  scene_add_quad(scene, white, vec3(-1, -0.2, -1), vec3(1, 0, 0), vec3(0, 0, 1));
+  scene->objects[scene->object_count - 1].shadowless = true;  // unseen: all stages take the same kernels
   stage.first = scene->object_count;
   if (tested != TESTED_ABSENT) tested_add(&stage, red, leaf);
   for (uint32_t i = stage.first; i < scene->object_count; i++)
@@ -127,13 +129,13 @@ static void one_light_set(Scene *scene, int kind) { scene_add_light(scene, stage
 
 static void no_method_finds_a_shadow(void **state)
 {
-  for (int w = 0; w < (test_on_gpu() ? 1 : 3); w++) {
+  for (int w = 0; w < (test_on_gpu() ? 1 : 2); w++) {
     PictureRequest request = shadow_request(widths[w]);
     request.settings.shadow_options.light_radius_m = 0.1f;
     request.settings.shadow_options.light_angle_rad = 0.05;
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
       for (int kind = 0; kind < 3; kind++) {
-        if (widths[w] == 8 && kind != (int)m % 3) continue;  // enough
+        if (w > 0 && kind != (int)m % 3) continue;  // enough
         request.settings.shadows = methods[m];
         shadows_check(&request, one_light_set, kind);
       }
@@ -148,7 +150,7 @@ static void environment_set(Scene *scene, int kind)
 
 static void neither_does_the_environment(void **state)
 {
-  for (int w = 0; w < (test_on_gpu() ? 1 : 3); w++)
+  for (int w = 0; w < (test_on_gpu() ? 1 : 2); w++)
     for (int sampled = 0; sampled < 2; sampled++) {
       PictureRequest request = shadow_request(widths[w]);
       request.settings.environment_light = sampled ? ENVIRONMENT_LIGHT_SAMPLED : ENVIRONMENT_LIGHT_SH_AO;
@@ -159,7 +161,7 @@ static void neither_does_the_environment(void **state)
 // Hybrid shadows are those of rays, with closed surfaces left out of the maps, about the light too.
 static void hybrid_is_rays(void **state)
 {
-  for (int w = 0; w < (test_on_gpu() ? 1 : 3); w++)
+  for (int w = 0; w < (test_on_gpu() ? 1 : 2); w++)
     for (int kind = 0; kind < 3; kind++) {
       Stage stage = stage_make(TESTED_SHADOWLESS);
       one_light_set(&stage.scene, kind);
