@@ -12,7 +12,8 @@ enum {
   CHUNK = 4096,        // triangles that one thread moves at once
   AHEAD = 16,          // of them, which lie anywhere in the tree: so far ahead they are fetched
   BLOCK_CHUNK = 1024,  // blocks, or wide nodes
-  FEW_TRIANGLES = 8,   // a wide tree of one block, whose box is no box of the binary tree
+  WORTH_THREADS = 2 * CHUNK,
+  FEW_TRIANGLES = 8,  // a wide tree of one block, whose box is no box of the binary tree
 };
 
 typedef struct Pass {
@@ -22,10 +23,9 @@ typedef struct Pass {
   int finite_changed;
 } Pass;
 
-// Runs a loop on the calling thread alone where it is too short for others to help.
-static void loop(size_t count, ParallelBody body, void *context)
+static void loop(size_t count, ParallelBody body, void *context, bool threads)
 {
-  if (count > 2)
+  if (threads)
     parallel_for(count, body, context);
   else
     for (size_t i = 0; i < count; i++) body(context, i);
@@ -304,19 +304,18 @@ bool bvh_refit(BvhRefit *refit, const TriangleSoup *soup, const BvhIds *moved, u
   if (refit->two->triangle_count <= FEW_TRIANGLES) return false;
   marks_clear(refit);
   for (uint32_t i = 0; i < moved_count; i++) {
+    const size_t count = moved[i].end - moved[i].begin;
     pass.moved = moved[i];
-    triangles += moved[i].end - moved[i].begin;
-    loop(chunks_of(moved[i].end - moved[i].begin, CHUNK), triangles_move, &pass);
+    loop(chunks_of(count, CHUNK), triangles_move, &pass, count > WORTH_THREADS);
+    triangles += count;
   }
   if (pass.finite_changed) return false;
-  if (triangles > 2 * CHUNK)
-    parallel_for(refit->subtree_count, subtree_refit, &pass);
-  else
-    for (uint32_t i = 0; i < refit->subtree_count; i++) subtree_refit(&pass, i);
+  const bool threads = triangles > WORTH_THREADS;
+  loop(refit->subtree_count, subtree_refit, &pass, threads);
   top_refit(refit);
   if (!refit->eight) return true;
-  loop(chunks_of(refit->eight->block_count, BLOCK_CHUNK), blocks_move, &pass);
-  loop(chunks_of(refit->eight->node_count, BLOCK_CHUNK), wide_nodes_move, &pass);
+  loop(chunks_of(refit->eight->block_count, BLOCK_CHUNK), blocks_move, &pass, threads);
+  loop(chunks_of(refit->eight->node_count, BLOCK_CHUNK), wide_nodes_move, &pass, threads);
   return true;
 }
 

@@ -42,12 +42,18 @@ typedef struct DeviceScene {
 Status device_scene_make(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log);
 void device_scene_free(DeviceScene *scene);
 
-// The same, and keeps on the host what device_scene_move needs: the flattened geometry, the trees and the meshes' pose.
+// The same, and keeps on the host what device_scene_move needs: the flattened geometry, the trees and the meshes' pose,
+// some 250 bytes a triangle where vertices are shared.
 Status device_scene_make_movable(DeviceScene *out, Device *device, const Scene *scene, Timeline *timeline, Log *log);
 
 // Follows scene->source, whose objects, meshes and lights moved in place; counts of objects, vertices, triangles and
 // lights must be as they were. Fills movers; writes what changed of geometry, trees and lights, and the bounds. Hits
-// and pictures are those of a scene made anew, bit for bit. Buffers of trees may be others afterwards.
+// and pictures are those of a scene made anew, bit for bit. Buffers of trees may be others afterwards, and triangles
+// lie in another order: what was made from the trees has to be made again.
+//
+// Cost, 300 k triangles on two cores: 0.06 ms where nothing moved, 0.3 ms where a thousand triangles did, 15 ms where
+// all did; 40 ms where the trees have to be built anew (bvh_refit.h).
+//
 // Errors: STATUS_FAILED (not movable, or counts changed), STATUS_NO_MEMORY, those of bvh2_build and buffer_create; the
 // scene is then only fit for device_scene_free.
 Status device_scene_move(DeviceScene *scene, Device *device, Timeline *timeline, Log *log);
