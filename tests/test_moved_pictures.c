@@ -1,0 +1,164 @@
+// A picture does not tell which frames were rendered before it: by each method, a scene that has followed a few moves,
+// its trees refitted, gives the bytes of one made anew.
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "device_scene/device_scene.h"
+#include "scene/scene_build.h"
+#include "support/oracle_scene.h"
+#include "support/picture_fixture.h"
+
+enum { WIDTH = 96, HEIGHT = 64, BOXES = 12 };
+
+typedef struct Room {
+  Scene scene;
+  uint32_t mirror, boxes[BOXES];
+  Camera camera;
+} Room;
+
+static void room_make(Room *out)
+{
+  Scene *scene = &out->scene;
+  *scene = scene_empty();
+  scene_set_constant(scene, 0.2, 0.3, 0.5);
+  Material glass = material_plain(vec3(0.5, 0.9, 0.6), 0, 0.6);
+  glass.alpha_mode = ALPHA_BLEND;
+  glass.base_color[3] = 0.5f;
+  scene_add_material(scene, material_plain(vec3(0.7, 0.6, 0.5), 0, 0.9));
+  scene_add_material(scene, material_plain(vec3(0.9, 0.9, 0.9), 1, 0));
+  scene_add_material(scene, material_plain(vec3(0.9, 0.7, 0.3), 1, 0.4));
+  scene_add_material(scene, glass);
+  scene_add_quad(scene, 0, vec3(-4, 0, 4), vec3(8, 0, 0), vec3(0, 0, -8));
+  scene_add_quad(scene, 1, vec3(-3, 0.5, -3.9), vec3(6, 0, 0), vec3(0, 3, 0));
+  out->mirror = scene_add_sphere(scene, 1, vec3(0, 1, 0), 1, 16);
+  scene_add_sphere(scene, 2, vec3(-2, 0.7, 1), 0.7, 12);
+  for (int i = 0; i < BOXES; i++) {
+    Vec3 low = vec3(-3 + 0.5 * i, 0.05 + 0.1 * (i % 3), 1.5 - 0.7 * (i % 5));
+    out->boxes[i] = scene_add_box(scene, i == 5 ? 3 : 0, low, vec3_add(low, vec3(0.3, 0.4 + 0.1 * i, 0.3)));
+  }
+  scene_add_light(scene, light_point(vec3(1, 3, 2), 60));
+  scene_add_light(scene, light_directional(vec3(0.4, -1, -0.3), 2));
+  out->camera = camera_perspective(vec3(1, 2, 6), vec3(0, 0.8, 0), 0.8);
+  picture_assert_ok(scene_check_complete(scene, &picture_log));
+}
+
+static void room_pose(Room *room, int frame)
+{
+  for (int i = 0; i < BOXES; i++) {
+    const double turn = 0.1 * frame * (i % 4);
+    room->scene.objects[room->boxes[i]].world_from_object = mat4_from_trs(
+        vec3(0.03 * frame, 0.02 * frame * (i % 3), 0), (double[4]){0, sin(turn / 8), 0, cos(turn / 8)}, vec3(1, 1, 1));
+  }
+  room->scene.objects[room->mirror].world_from_object.m[12] = 0.07 * frame;
+  room->scene.lights[0].position_world.x = 1 - 0.1 * frame;
+}
+
+typedef struct Methods {
+  PrimaryMethod primary;
+  ShadowMethod shadows;
+  ReflectionMethod reflections;
+} Methods;
+
+static Float4 *picture_of(const Room *room, const DeviceScene *scene, Device *device, const Methods *methods)
+{
+  PictureRequest request = picture_request(WIDTH, HEIGHT, 2);
+  RenderSettings *settings = &request.settings;
+  settings->primary = methods->primary;
+  settings->shadows = methods->shadows;
+  settings->reflections = methods->reflections;
+  settings->shadow_options.light_radius_m = 0.1f;
+  const SceneFacts facts = {.light_count = scene->light_count,
+                            .has_mirrors = scene->has_mirrors,
+                            .has_blends = scene->has_blends,
+                            .least_roughness = scene->least_roughness,
+                            .environment_lights = scene->environment_lights};
+  const FrameRequest frame_request = {.camera = &room->camera,
+                                      .area = {WIDTH, HEIGHT, 0, 0, WIDTH, HEIGHT},
+                                      .samples = 2,
+                                      .plan = plan_make(settings, &facts)};
+  Frame frame = {0};
+  picture_assert_ok(frame_make(&frame, device, scene, &frame_request, &picture_log));
+  picture_assert_ok(frame_render(&frame, &picture_log));
+  Float4 *sums = oracle_array(WIDTH * HEIGHT, sizeof *sums);
+  picture_assert_ok(buffer_read(device, &frame.film.sums, sums, WIDTH * HEIGHT * sizeof *sums, &picture_log));
+  frame_free(&frame);
+  return sums;
+}
+
+static void assert_same_pictures(const Room *room, const DeviceScene *moved, const DeviceScene *fresh, Device *device)
+{
+  static const Methods methods[] = {
+      {PRIMARY_RAYS, SHADOWS_RAYS, REFLECTIONS_RAYS},       {PRIMARY_RASTER, SHADOWS_MAP, REFLECTIONS_CUBE},
+      {PRIMARY_RASTER, SHADOWS_PCF, REFLECTIONS_BOX},       {PRIMARY_RASTER, SHADOWS_PCSS, REFLECTIONS_IMPOSTOR},
+      {PRIMARY_RASTER, SHADOWS_HYBRID, REFLECTIONS_HYBRID}, {PRIMARY_RASTER, SHADOWS_AREA, REFLECTIONS_SNAPSHOT},
+      {PRIMARY_RASTER, SHADOWS_RAYS, REFLECTIONS_MIXED},    {PRIMARY_RAYS, SHADOWS_HYBRID, REFLECTIONS_CANDIDATES},
+      {PRIMARY_RASTER, SHADOWS_HYBRID, REFLECTIONS_PLANAR},
+  };
+  for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+    Float4 *a = picture_of(room, moved, device, &methods[m]), *b = picture_of(room, fresh, device, &methods[m]);
+    uint32_t differ = 0, dark = 0;
+    for (uint32_t i = 0; i < WIDTH * HEIGHT; i++) {
+      differ += memcmp(&a[i], &b[i], sizeof a[i]) != 0;
+      dark += a[i].x == 0;
+    }
+    if (differ) fail_msg("methods %zu, lanes %u: %u pixels differ", m, device_traits(device)->lanes, differ);
+    assert_true(dark < WIDTH * HEIGHT / 2);
+    free(a);
+    free(b);
+  }
+}
+
+// Else there is nothing to tell.
+static void assert_other_order(const DeviceScene *a, const DeviceScene *b, Device *device)
+{
+  const size_t bytes = a->bvh2_triangles.bytes;
+  void *x = oracle_array(bytes, 1), *y = oracle_array(bytes, 1);
+  assert_int_equal(bytes, b->bvh2_triangles.bytes);
+  picture_assert_ok(buffer_read(device, &a->bvh2_triangles, x, bytes, &picture_log));
+  picture_assert_ok(buffer_read(device, &b->bvh2_triangles, y, bytes, &picture_log));
+  assert_memory_not_equal(x, y, bytes);
+  free(x);
+  free(y);
+}
+
+static void pictures_do_not_tell_what_was_before(void **state)
+{
+  static const uint32_t lanes[] = {0, 1};
+  Room room;
+  room_make(&room);
+  for (size_t l = 0; l < sizeof lanes / sizeof *lanes; l++) {
+    Device *device = picture_device(lanes[l]);
+    DeviceScene moved, fresh;
+    Timeline timeline = {0};
+    room_pose(&room, 0);
+    picture_assert_ok(device_scene_make_movable(&moved, device, &room.scene, NULL, &picture_log));
+    for (int frame = 1; frame <= 3; frame++) {
+      room_pose(&room, frame);
+      picture_assert_ok(device_scene_move(&moved, device, &timeline, &picture_log));
+      assert_int_equal(moved.mover_count, BOXES + 1);
+    }
+    for (size_t i = 0; i < timeline.count; i++)
+      if (!strcmp(timeline.spans[i].name, "build the BVH")) fail_msg("the tree was built anew, not refitted");
+    timeline_free(&timeline);
+    picture_assert_ok(device_scene_make(&fresh, device, &room.scene, NULL, &picture_log));
+    assert_other_order(&moved, &fresh, device);
+    assert_same_pictures(&room, &moved, &fresh, device);
+    device_scene_free(&fresh);
+    device_scene_free(&moved);
+  }
+  scene_free(&room.scene);
+}
+
+int main(void)
+{
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(pictures_do_not_tell_what_was_before),
+  };
+  return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
+}
