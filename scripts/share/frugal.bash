@@ -30,6 +30,7 @@ _frugal_value()
     --background) _frugal_words 'environment transparent' "$2" ;;
     --verify) _frugal_words 'all' "$2" ;;
     --exposure) _frugal_words 'auto' "$2" ;;
+    --frames) _frugal_words 'all' "$2" ;;
     --bit-depth) _frugal_words '8 16' "$2" ;;
     --aov)
       local before=''
