@@ -197,6 +197,7 @@ static void frames_and_their_names_are_checked(void **state)
                                        "0-4 ", "first", "1.5-2", "0-4294967296", "9999999999", "0--4",  "all4"};
   for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++)
     if (strcmp(ranges[i], "1x2") != 0) REFUSED("--frames", "-o", cli_path("{frame}.png"), "--frames", ranges[i]);
+  REFUSED("in parts", "-o", cli_path("{frame}.png"), "--frames", "0-1000000");
   REFUSED("--fps 0", "-o", cli_path("{frame}.png"), "--frames", "0", "--fps", "0");
 }
 

@@ -18,6 +18,7 @@ Status option_read_frames(void *field, const Option *option, const char *text, L
 // The last frame of a sequence that is length_s long, the one at its end.
 uint32_t frames_last(double length_s, double fps);
 
+enum { FRAMES_MOST = 1000000 };
 uint64_t frames_count(const FrameRange *range);
 
 // Does a path name the frame, as `{frame}` or, with zeros before it, `{frame:04}`?

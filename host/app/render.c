@@ -1,5 +1,6 @@
 // frugal render: one picture of one scene, or the frames of its animation.
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -191,7 +192,7 @@ done:
   return status;
 }
 
-// Two frames are there at a time: what moves from one to the next is kept.
+// Of the frame before there is what the next may take.
 static Status pictures_render(Run *run)
 {
   Status status = STATUS_OK;
@@ -206,6 +207,7 @@ static Status pictures_render(Run *run)
     run->progress.done++;
     frame_job_free(&before);
     before = job;
+    frame_retire(&before.frame);
     job = (FrameJob){0};
   }
 
@@ -223,6 +225,9 @@ static Status frames_settle(Run *run)
   FrameRange *range = &run->options.frames;
   if (range->all) range->last = frames_last(gltf_motion_length_s(run->motion), (double)run->options.fps);
   run->progress.pictures = frames_count(range);
+  if (run->progress.pictures > FRAMES_MOST)
+    return log_fail(run->log, STATUS_USAGE, "--frames: %" PRIu64 " frames are over %d: render them in parts",
+                    run->progress.pictures, FRAMES_MOST);
   for (uint64_t i = 0; i < run->progress.pictures && !status; i++) {
     FrameJob job = {0};
     status = frame_paths(&job, &run->options, range->first + (uint32_t)i * range->step, run->log);

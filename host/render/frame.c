@@ -130,21 +130,13 @@ done:
   return status;
 }
 
-void frame_free(Frame *frame)
+void frame_retire(Frame *frame)
 {
   camera_rays_free(&frame->camera);
   raster_visibility_free(&frame->raster);
-  shadow_maps_free(&frame->shadow_maps);
-  shadow_hybrid_free(&frame->shadow_hybrid);
-  raster_scene_free(&frame->raster_scene);
-  cube_reflect_free(&frame->cube_reflect);
-  hybrid_reflect_free(&frame->hybrid_reflect);
   known_hits_free(&frame->known_hits);
   planar_free(&frame->planar);
-  cube_record_free(&frame->cubes_drawn);
   cube_capture_free(&frame->cube_capture);
-  near_objects_free(&frame->near_objects);
-  near_reflect_free(&frame->near_reflect);
   snapshot_capture_free(&frame->snapshot_capture);
   tracer_free(&frame->tracer);
   shader_free(&frame->shader);
@@ -153,11 +145,22 @@ void frame_free(Frame *frame)
   ray_stream_free(&frame->no_rays);
   ray_stream_free(&frame->shadow);
   hit_stream_free(&frame->hits);
-  buffer_free(&frame->radiance);
-  buffer_free(&frame->own_sums);
-  buffer_free(&frame->unshadowed_sums);
-  buffer_free(&frame->lit_sums);
-  buffer_free(&frame->direct_sums);
+  DeviceBuffer *sums[] = {&frame->radiance, &frame->own_sums, &frame->unshadowed_sums, &frame->lit_sums,
+                          &frame->direct_sums};
+  for (size_t i = 0; i < sizeof sums / sizeof *sums; i++) buffer_free(sums[i]);
+}
+
+void frame_free(Frame *frame)
+{
+  frame_retire(frame);
+  shadow_maps_free(&frame->shadow_maps);
+  shadow_hybrid_free(&frame->shadow_hybrid);
+  raster_scene_free(&frame->raster_scene);
+  cube_reflect_free(&frame->cube_reflect);
+  cube_record_free(&frame->cubes_drawn);
+  hybrid_reflect_free(&frame->hybrid_reflect);
+  near_objects_free(&frame->near_objects);
+  near_reflect_free(&frame->near_reflect);
   *frame = (Frame){0};
 }
 
