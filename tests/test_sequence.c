@@ -172,6 +172,24 @@ static void a_moving_box_redraws_the_faces_that_see_it(void **state)
   frames_render(scene, "box", (Methods){"pcss", "snapshot", "rays"});
 }
 
+// The box, by a scene file, casts no shadow.
+static void what_casts_no_shadow_leaves_maps_as_they_are(void **state)
+{
+  static const char format[] = "{\"scene\": \"%s\", \"nodes\": {\"box\": {\"casts_shadow\": false}}}";
+  char json[512];
+  snprintf(json, sizeof json, format, strrchr(stage_save(), '/') + 1);
+  const char *scene = cli_path("stage.json");
+  cli_save(scene, json, strlen(json));
+  char *path = strdup(scene);
+  Kept kept = frames_render(path, "box", (Methods){"pcf", "impostor", "environment"});
+  assert_int_equal(kept.still_views, 6);
+  assert_int_equal(kept.moving_views, 6);
+  kept = frames_render(path, "box", (Methods){"rays", "impostor", "environment"});
+  assert_in_range(kept.faces, 1, kept.all_faces - 1);
+  frames_render(path, "box", (Methods){"hybrid", "none", "none"});
+  free(path);
+}
+
 // It is seen on one face of the mirror's cube, its shadow on another; the camera sees the shadow alone.
 static void what_is_out_of_sight_moves_its_shadow(void **state)
 {
@@ -219,6 +237,7 @@ int main(void)
       cmocka_unit_test(a_moving_camera_keeps_all_maps),
       cmocka_unit_test(a_moving_lamp_redraws_its_own_maps_alone),
       cmocka_unit_test(a_moving_box_redraws_the_faces_that_see_it),
+      cmocka_unit_test(what_casts_no_shadow_leaves_maps_as_they_are),
       cmocka_unit_test(what_is_out_of_sight_moves_its_shadow),
       cmocka_unit_test(frames_and_their_names_are_checked),
       cmocka_unit_test(all_frames_are_those_of_the_animation),

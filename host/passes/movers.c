@@ -11,15 +11,25 @@ static void corners_of(Vec3 out[CORNERS], const Mover *mover)
     out[i] = vec3(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
 }
 
-bool movers_seen(const DeviceScene *scene, const RasterView *view)
+static bool casts(const DeviceScene *scene, const Mover *mover)
+{
+  return !scene->source->objects[mover->object].shadowless;
+}
+
+static bool any_seen(const DeviceScene *scene, const RasterView *view, bool casters_alone)
 {
   Vec3 corners[CORNERS];
   for (uint32_t i = 0; i < scene->mover_count; i++) {
+    if (casters_alone && !casts(scene, &scene->movers[i])) continue;
     corners_of(corners, &scene->movers[i]);
     if (raster_view_may_see(view, corners, CORNERS)) return true;
   }
   return false;
 }
+
+bool movers_seen(const DeviceScene *scene, const RasterView *view) { return any_seen(scene, view, false); }
+
+bool moved_casters_seen(const DeviceScene *scene, const RasterView *view) { return any_seen(scene, view, true); }
 
 // Where a corner's shadow ends: beyond all of the scene. Box and ends hold the shadow, as light that is farther from
 // the box than that is wide sees it under less than 60 degrees.
@@ -45,6 +55,6 @@ static bool shadow_seen(const DeviceScene *scene, const Mover *mover, const Ligh
 bool mover_shadows_seen(const DeviceScene *scene, const LightInfo *light, const RasterView *view)
 {
   for (uint32_t i = 0; i < scene->mover_count; i++)
-    if (shadow_seen(scene, &scene->movers[i], light, view)) return true;
+    if (casts(scene, &scene->movers[i]) && shadow_seen(scene, &scene->movers[i], light, view)) return true;
   return false;
 }

@@ -74,7 +74,7 @@ static bool view_stayed(const ShadowMaps *maps, const ShadowMaps *before, uint32
   if (!before || light >= before->light_count || view >= before->lights[light].view_count) return false;
   const ShadowView *now = &maps->view_table[maps->lights[light].first_view + view];
   const ShadowView *then = &before->view_table[before->lights[light].first_view + view];
-  return memcmp(now, then, sizeof *now) == 0 && !movers_seen(scene, &now->raster);
+  return memcmp(now, then, sizeof *now) == 0 && !moved_casters_seen(scene, &now->raster);
 }
 
 // Draws views [first, first + count) of a light.
