@@ -226,6 +226,7 @@ int main(int argc, char **argv)
     fputs("usage: render_features LANES WIDTHxHEIGHT\n", stderr);
     return 2;
   }
+  scene.objects[1].shadowless = true;
   uint32_t lanes = (uint32_t)atoi(argv[1]);
   starts_as_nan = lanes > 1;
   Device *device = picture_device(lanes);
