@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "support/test_device.h"
 #include "support/trace_rays.h"
 
 enum { RAYS = 60000 };
@@ -218,6 +219,7 @@ static void number_of_threads_changes_nothing(void **state)
 {
   static const unsigned threads[] = {1, 2, 5};
   char self[4096] = "", command[4200], line[64], first[64] = "";
+  if (test_skips_on_gpu("threads of a CPU")) skip();
   assert_in_range(readlink("/proc/self/exe", self, sizeof self - 1), 1, sizeof self - 2);
   for (int i = 0; i < 3; i++) {
     snprintf(command, sizeof command, "'%s' --threads %u", self, threads[i]);
