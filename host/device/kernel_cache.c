@@ -86,7 +86,7 @@ void kernel_cache_remove_temporary(void)
 {
   // Kernels may still be compiling on other threads, into a folder that is being emptied.
   for (int i = 0; i < 3 && temporary_folder[0] && access(temporary_folder, F_OK) == 0; i++) {
-    pid_t child = fork();
+    pid_t child = _Fork();  // fork() waits for malloc's locks, which the interrupted thread may hold
     if (child == 0) {
       execl("/bin/rm", "rm", "-rf", temporary_folder, (char *)NULL);
       _exit(1);
