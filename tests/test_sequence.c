@@ -231,6 +231,24 @@ static void all_frames_are_those_of_the_animation(void **state)
   assert_string_equal(cli_list(cli_path("out")), "all000.png all001.png all002.png all003.png all004.png old.png");
 }
 
+// What rises by ten times its size is in the view of all from first to last.
+static void a_view_of_all_holds_what_moves(void **state)
+{
+  static GltfBuild build;
+  memset(&build, 0, sizeof build);
+  cube_add(&build);
+  GLTF_FLOATS(&build, "SCALAR", 2, 0, 1);
+  GLTF_FLOATS(&build, "VEC3", 2, 0, 0, 0, 0, 20, 0);
+  const char *scene = gltf_save(
+      &build, "%s",
+      "'scene':0,'scenes':[{'nodes':[0]}],'nodes':[{'mesh':0}],'meshes':[{'primitives':[{'attributes':{'POSITION':0},"
+      "'indices':1}]}],'animations':[" TRACK("rise", 3, 0) "]");
+  CliRun run = cli_run("render", scene, "-o", cli_path("rise{frame}.png"), "--frames", "0-24x6", "-s", "64x64", NULL);
+  cli_expect(&run, 0, "", __FILE__, __LINE__);
+  assert_null(strstr(run.err, "shows no surface"));
+  cli_free(&run);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -240,6 +258,7 @@ int main(void)
       cmocka_unit_test(what_casts_no_shadow_leaves_maps_as_they_are),
       cmocka_unit_test(what_is_out_of_sight_moves_its_shadow),
       cmocka_unit_test(frames_and_their_names_are_checked),
+      cmocka_unit_test(a_view_of_all_holds_what_moves),
       cmocka_unit_test(all_frames_are_those_of_the_animation),
   };
   return cmocka_run_group_tests(tests, cli_set_up, cli_tear_down);

@@ -50,7 +50,7 @@ static SceneFacts scene_facts(const DeviceScene *scene, const PictureArea *area,
   return facts;
 }
 
-// A camera of the scene may have moved; a view of all stays where it shows the pose at rest.
+// A camera of the scene may have moved; a view of all stays.
 static Status camera_place(FrameJob *job, const Run *run)
 {
   const RenderOptions *options = &job->options;

@@ -60,6 +60,26 @@ static void structure_known(void *context, const Scene *scene)
   if (run->warm_up) warm_up_scene(run->warm_up, scene, &plan);
 }
 
+// A view of all holds the scene wherever its animation takes it.
+static Status camera_fit_motion(Run *run, double aspect)
+{
+  enum { POSES = 32 };
+  Status status = STATUS_OK;
+  Vec3 low = vec3(INFINITY, INFINITY, INFINITY), high = vec3_neg(low);
+  for (int i = -1; i <= POSES; i++) {
+    Vec3 pose_low = low, pose_high = high;
+    if (i >= 0)
+      TRY(gltf_motion_pose(run->motion, &run->scene, gltf_motion_length_s(run->motion) * i / POSES, run->log));
+    if (!scene_bounds(&run->scene, &pose_low, &pose_high)) continue;
+    low = vec3_min(low, pose_low);
+    high = vec3_max(high, pose_high);
+  }
+  if (vec3_is_finite(vec3_sub(high, low))) scene_camera_fit(&run->camera, low, high, aspect);
+
+done:
+  return status;
+}
+
 static Status scene_read(Run *run)
 {
   Status status = STATUS_OK;
@@ -85,6 +105,7 @@ static Status scene_read(Run *run)
   TRY(environment_read(run));
   double aspect = (double)options->settings.width / options->settings.height;
   TRY(scene_camera_choose(&run->camera, &run->scene, options->camera, aspect, run->log));
+  if (run->motion && !run->camera.name) TRY(camera_fit_motion(run, aspect));
   timeline_end(&run->timeline, "read the scene", begin_ms);
 
 done:

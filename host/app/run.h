@@ -18,7 +18,7 @@ typedef struct Run {
   ImageHelper *images;
   Scene scene;
   GltfMotion *motion;  // NULL: the pose at rest alone is rendered
-  Camera camera;       // in the pose at rest
+  Camera camera;       // in the pose at rest, or that sees all
   WarmUp *warm_up;
   Device *device;
   DeviceScene device_scene;

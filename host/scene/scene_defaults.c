@@ -28,10 +28,8 @@ static double fit_distance(double *nearest_m, double *farthest_m, const Vec3 axe
   return distance;
 }
 
-static void camera_fit(Camera *out, const Scene *scene, double aspect)
+void scene_camera_fit(Camera *out, Vec3 low, Vec3 high, double aspect)
 {
-  Vec3 low = vec3(-1, -1, -1), high = vec3(1, 1, 1);
-  scene_bounds(scene, &low, &high);
   Vec3 center = vec3_scale(vec3_add(low, high), 0.5), half = vec3_scale(vec3_sub(high, low), 0.5);
   // A scene without extent is looked at from a distance at which its float coordinates still differ.
   double least = fmax(1e-5 * vec3_length(center), 1e-30);
@@ -76,7 +74,9 @@ Status scene_camera_choose(Camera *out, const Scene *scene, const char *choice, 
     while (chosen < scene->camera_count && strcmp(scene->cameras[chosen].name, choice) != 0) chosen++;
     if (chosen == scene->camera_count) return fail_unknown(scene, choice, log);
   } else if (choice || scene->camera_count == 0) {
-    camera_fit(out, scene, aspect);
+    Vec3 low = vec3(-1, -1, -1), high = vec3(1, 1, 1);
+    scene_bounds(scene, &low, &high);
+    scene_camera_fit(out, low, high, aspect);
     return STATUS_OK;
   }
   *out = scene->cameras[chosen];
