@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "scene/scene_defaults.h"
 #include "support/gltf_build.h"
 #include "support/scene_same.h"
 
@@ -340,6 +341,22 @@ static void skins_follow_their_joints(void **state)
   gltf_motion_end(motion, &scene);
 }
 
+// A scene without lights is given a sun, which stays where it is.
+static void lights_that_are_not_of_the_file_stay(void **state)
+{
+  Scene scene;
+  Log log = {0};
+  const float values[] = {0, 0, 0, 0, 90, 0}, times[] = {0, 1};
+  GltfMotion *motion = keys_open(&scene, &(Keys){"translation", "LINEAR", "VEC3", 2, 2, times, values});
+  assert_int_equal(scene_add_default_lighting(&scene, true, &log), STATUS_OK);
+  assert_int_equal(scene.light_count, 1);
+  const Light sun = scene.lights[0];
+  gltf_pose_fine(motion, &scene, 1);
+  assert_memory_equal(&scene.lights[0], &sun, sizeof sun);
+  gltf_motion_close(motion);
+  scene_free(&scene);
+}
+
 static void a_scale_of_zero_keeps_its_object(void **state)
 {
   const float values[] = {1, 1, 1, 0, 0, 0};
@@ -404,6 +421,7 @@ int main(void)
       cmocka_unit_test(children_instances_cameras_and_lights_follow),
       cmocka_unit_test(a_mesh_whose_weights_move_on_a_node_is_that_nodes_own),
       cmocka_unit_test(skins_follow_their_joints),
+      cmocka_unit_test(lights_that_are_not_of_the_file_stay),
       cmocka_unit_test(a_scale_of_zero_keeps_its_object),
       cmocka_unit_test(the_same_time_gives_the_same_bytes),
       cmocka_unit_test(a_thousand_poses_need_the_memory_of_one),

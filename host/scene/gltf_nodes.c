@@ -160,7 +160,7 @@ static Status light_add(NodeWalk *walk, int node_index)
   light.outer_cone_rad = fmin(fmax(light.outer_cone_rad, 0), M_PI / 2);
   light.inner_cone_rad = fmin(fmax(light.inner_cone_rad, 0), light.outer_cone_rad);
   light.name = NULL;
-  walk->places->lights[walk->scene->light_count] = node_index;
+  walk->places->lights[walk->places->light_count++] = node_index;
   Light *out = &walk->scene->lights[walk->scene->light_count++];
   *out = light;
   return gltf_copy_name(&out->name, gltf, name);

@@ -116,7 +116,7 @@ Status gltf_places_apply(Scene *scene, Gltf *gltf, const GltfPlaces *places, con
     Mat4 world = world_unmirrored(&nodes[places->cameras[i]], worlds[places->cameras[i]]);
     scene->cameras[i].world_from_camera = without_scale(&world);
   }
-  for (uint32_t i = 0; i < scene->light_count; i++)
+  for (uint32_t i = 0; i < places->light_count; i++)
     TRY(light_place(&scene->lights[i], gltf, &nodes[places->lights[i]], &worlds[places->lights[i]]));
 
 done:

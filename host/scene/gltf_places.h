@@ -6,6 +6,7 @@
 typedef struct GltfPlaces {
   int *objects, *cameras, *lights;  // a node for each of the scene's
   int *meshes;                      // the node in whose pose a mesh is; NONE for one in its own
+  uint32_t light_count;             // of the file; those that a scene is given besides stay where they are
 } GltfPlaces;
 
 // The pose that a node's mesh is in, of world transforms of all nodes; the node's own does not count where it has a
