@@ -201,7 +201,6 @@ static Status frame_paths(FrameJob *job, const RenderOptions *options, uint32_t 
 {
   Status status = STATUS_OK;
   job->options = *options;
-  job->number = number;
   if (!options->frames.given) return STATUS_OK;
   TRY(path_of_frame(&job->output_path, options->output_path, number, log));
   TRY(path_of_frame(&job->stats_path, options->stats_path, number, log));
@@ -223,7 +222,7 @@ static Status pictures_render(Run *run)
     job.begin_ms = i == 0 ? run->begin_ms : clock_ms();
     job.first_span = i == 0 ? 0 : run->timeline.count;
     TRY(frame_paths(&job, &run->options, range->first + (uint32_t)i * range->step, run->log));
-    if (run->motion) TRY(scene_pose(run, job.number));
+    if (run->motion) TRY(scene_pose(run, job.options.frames.first));
     TRY(frame_job_render(&job, run, i == 0 ? NULL : &before.frame));
     run->progress.done++;
     frame_job_free(&before);

@@ -30,7 +30,6 @@ typedef struct Run {
 typedef struct FrameJob {
   RenderOptions options;           // of this frame: its own paths
   char *output_path, *stats_path;  // what they point to
-  uint32_t number;                 // of the frame
   Camera camera;
   Frame frame;
   SceneFacts facts;

@@ -84,18 +84,6 @@ static Status array_put(const TreeArray *array, Device *device, Log *log)
   return buffer_create(buffer, device, bytes, array->elements, array->what, log);
 }
 
-Status scene_trees_put(DeviceScene *scene, Device *device, const SceneTrees *trees, Log *log)
-{
-  Status status = STATUS_OK;
-  TreeArray arrays[TREE_ARRAYS];
-  arrays_list(arrays, scene, trees);
-  for (int i = 0; i < TREE_ARRAYS; i++) TRY(array_put(&arrays[i], device, log));
-  bounds_set(scene, &trees->two);
-
-done:
-  return status;
-}
-
 // Runs of changed elements; what lies between two near ones is written along.
 static Status array_write_moved(const TreeArray *array, Device *device, Log *log)
 {
@@ -115,14 +103,26 @@ done:
   return status;
 }
 
-Status scene_trees_write_moved(DeviceScene *scene, Device *device, const SceneTrees *trees, Log *log)
+typedef Status (*ArrayWrite)(const TreeArray *array, Device *device, Log *log);
+
+static Status arrays_write(DeviceScene *scene, Device *device, const SceneTrees *trees, ArrayWrite write, Log *log)
 {
   Status status = STATUS_OK;
   TreeArray arrays[TREE_ARRAYS];
   arrays_list(arrays, scene, trees);
-  for (int i = 0; i < TREE_ARRAYS; i++) TRY(array_write_moved(&arrays[i], device, log));
+  for (int i = 0; i < TREE_ARRAYS; i++) TRY(write(&arrays[i], device, log));
   bounds_set(scene, &trees->two);
 
 done:
   return status;
+}
+
+Status scene_trees_put(DeviceScene *scene, Device *device, const SceneTrees *trees, Log *log)
+{
+  return arrays_write(scene, device, trees, array_put, log);
+}
+
+Status scene_trees_write_moved(DeviceScene *scene, Device *device, const SceneTrees *trees, Log *log)
+{
+  return arrays_write(scene, device, trees, array_write_moved, log);
 }
