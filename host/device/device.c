@@ -198,12 +198,14 @@ static DeviceTraits traits_for(const DeviceInfo *info)
                           .rays_per_item = 1,
                           .group_size = 64,
                           .wave_rays = gpu_wave_rays,
+                          .lean_waves = 1,
                           .wide_bvh = false,
                           .fast_fma = true};
   return (DeviceTraits){.lanes = info->vector_width >= 16 ? 16 : 8,
                         .rays_per_item = 64,
                         .group_size = 1,
-                        .wave_rays = 1u << 15,
+                        .wave_rays = 1u << 15,  // streams stay in the cache
+                        .lean_waves = 4,
                         .wide_bvh = true,
                         .fast_fma = host_has_fma()};
 }

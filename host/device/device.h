@@ -14,6 +14,7 @@ typedef struct DeviceTraits {
   uint32_t rays_per_item;  // RAYS_PER_ITEM: rays that a work-item loops over
   uint32_t group_size;     // work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew)
   uint32_t wave_rays;      // rays in flight: what a stream buffer holds
+  uint32_t lean_waves;     // times as many where few hits send rays (plan_sends_rays); 0: once
   bool wide_bvh;           // incoherent rays walk a Bvh8
   bool fast_fma;           // FAST_FMA: fused multiply-add is one instruction
 } DeviceTraits;

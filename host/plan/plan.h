@@ -182,6 +182,13 @@ static inline bool plan_uses_shadow_maps(const Plan *plan)
   return plan->shadows >= SHADOWS_MAP && plan->shadows <= SHADOWS_HYBRID;
 }
 
+// Does about every hit send rays, to lights or to the environment?
+static inline bool plan_sends_rays(const Plan *plan)
+{
+  return (plan->shadow_rays && !plan_uses_shadow_maps(plan)) || plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
+         plan->environment_light == ENVIRONMENT_LIGHT_SH_AO || plan_samples_lobes(plan);
+}
+
 static inline bool plan_uses_reflections(const Plan *plan, ReflectionMethod method)
 {
   return plan->reflections == method || plan->deep_reflections == method;

@@ -91,6 +91,12 @@ static uint32_t light_segments(const Frame *frame)
   return lights < LIGHTS_PER_LAUNCH ? lights : LIGHTS_PER_LAUNCH;
 }
 
+// Long waves have fewer pauses between launches, short ones leave streams in the cache.
+static uint32_t wave_capacity(const DeviceTraits *traits, const Plan *plan)
+{
+  return traits->wave_rays * (traits->lean_waves && !plan_sends_rays(plan) ? traits->lean_waves : 1);
+}
+
 Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const FrameRequest *request, Log *log)
 {
   Status status = STATUS_OK;
@@ -100,7 +106,7 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   uint64_t all = (uint64_t)tiles_of(&info) * TILE_PIXELS * request->samples;
   const uint64_t cube_rays = CUBE_TEXELS(64);  // the fewest at a time with which a cube map is quick
   if (plan_uses_cubes(&request->plan) && all < cube_rays) all = cube_rays;
-  frame.capacity = device_traits(device)->wave_rays;
+  frame.capacity = wave_capacity(device_traits(device), &request->plan);
   if (all < frame.capacity || request->sights) frame.capacity = (uint32_t)all;
   frame.capacity = capacity_apart(frame.capacity);
   TRY(camera_rays_make(&frame.camera, device, &info, request->samples, log));

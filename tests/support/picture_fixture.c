@@ -85,6 +85,7 @@ static Status picture_save(Picture *out, const char *path, const Scene *scene, c
   if (request->wave_rays) {
     DeviceTraits other = traits;
     other.wave_rays = request->wave_rays;
+    other.lean_waves = 1;
     device_override_traits(device, &other);
   }
   TRY(device_scene_make(&device_scene, device, scene, NULL, &picture_log));
