@@ -114,6 +114,27 @@ static inline float16 kernel_share(float16 at, float left, float size)
   return high > low ? high - low : zero;
 }
 
+// What a kernel covers of a map along one axis: blocks of 4 texels, and texels; from the first block it begins at
+// `begin`, and from its own middle the block's first texel has its centre at `center`.
+typedef struct KernelSpan {
+  IntL first, last;
+  FloatL begin, center, length;
+} KernelSpan;
+
+static inline KernelSpan kernel_span(FloatL at, float side, uint size)
+{
+  KernelSpan out;
+  FloatL zero = FLOATL(0), quarter = FLOATL(0.25f), last = FLOATL((float)(size / 4 - 1));
+  FloatL begin = at - FLOATL(0.5f * side), end = at + FLOATL(0.5f * side);
+  out.first = LANE_CONVERT_INT(max_lane(min_lane(begin * quarter, last), zero));
+  out.last = LANE_CONVERT_INT(max_lane(min_lane(end * quarter, last), zero));
+  FloatL corner = LANE_CONVERT_FLOAT(out.first) * FLOATL(4);
+  out.begin = begin - corner;
+  out.center = corner + FLOATL(0.5f) - at;
+  out.length = min_lane(out.begin + FLOATL(side), FLOATL((float)size) - corner) - max_lane(out.begin, zero);
+  return out;
+}
+
 #define CLEAR_BLOCKS 16
 #define CLEAR_LANES 3  // fewer are asked one by one
 
@@ -138,8 +159,8 @@ static inline void kernels_clear(IntL *lit, IntL *dark, global const float *map,
     float right = greatest_lane(alike ? at->x : nowhere) + 0.5f * side;
     float top = -greatest_lane(alike ? zero - at->y : nowhere) - 0.5f * side;
     float bottom = greatest_lane(alike ? at->y : nowhere) + 0.5f * side;
-    int x0 = clamp((int)floor(left * 0.25f), 0, last), x1 = clamp((int)floor(right * 0.25f), 0, last);
-    int y0 = clamp((int)floor(top * 0.25f), 0, last), y1 = clamp((int)floor(bottom * 0.25f), 0, last);
+    int4 box = convert_int4(clamp((float4)(left, top, right, bottom) * 0.25f, 0.0f, (float)last));
+    int x0 = box.x, y0 = box.y, x1 = box.z, y1 = box.w;
     if ((x1 - x0 + 1) * (y1 - y0 + 1) > CLEAR_BLOCKS) continue;
     float by_x = LANE_FLOAT(plane->by_x, lane), by_y = LANE_FLOAT(plane->by_y, lane);
     float slack = LANE_FLOAT(plane->slack, lane), depth = LANE_FLOAT(plane->depth, lane) - slack;
@@ -166,32 +187,32 @@ static inline FloatL lit_by_kernel(global const float *map, uint size, uint kern
   const float16 block_x = (float16)(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
   const float16 block_y = (float16)(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
   float side = (float)kernel_px;
-  int last = (int)size / 4 - 1;
   IntL clear, dark;
   kernels_clear(&clear, &dark, map, size, side, at, plane, id, group);
   FloatL lit = dark ? FLOATL(0) : FLOATL(1);
-  for (uint bits = lane_bits(group & !(clear | dark)); bits; bits &= bits - 1) {
+  IntL mixed = group & !(clear | dark);
+  if (!any_lane(mixed)) return lit;
+  KernelSpan across = kernel_span(at->x, side, size), down = kernel_span(at->y, side, size);
+  FloatL first = plane->depth - plane->slack + plane->by_x * across.center + plane->by_y * down.center;
+  for (uint bits = lane_bits(mixed); bits; bits &= bits - 1) {
     uint lane = lowest_bit(bits);
-    float px = LANE_FLOAT(at->x, lane), py = LANE_FLOAT(at->y, lane), left = px - 0.5f * side, top = py - 0.5f * side;
+    float left = LANE_FLOAT(across.begin, lane), top = LANE_FLOAT(down.begin, lane);
     float by_x = LANE_FLOAT(plane->by_x, lane), by_y = LANE_FLOAT(plane->by_y, lane);
-    float depth = LANE_FLOAT(plane->depth, lane) - LANE_FLOAT(plane->slack, lane);
-    float16 step = block_x * by_x + block_y * by_y;
-    float16 sum = 0, all = 0;
-    int x0 = clamp((int)floor(left * 0.25f), 0, last), x1 = clamp((int)floor((left + side) * 0.25f), 0, last);
-    int y0 = clamp((int)floor(top * 0.25f), 0, last), y1 = clamp((int)floor((top + side) * 0.25f), 0, last);
-    for (int y = y0; y <= y1; y++) {
-      float16 share_y = kernel_share(block_y, top - (float)(4 * y), side);
-      for (int x = x0; x <= x1; x++) {
+    int x0 = LANE_INT(across.first, lane), y0 = LANE_INT(down.first, lane);
+    int columns = LANE_INT(across.last, lane) - x0, rows = LANE_INT(down.last, lane) - y0;
+    float16 row = block_x * by_x + block_y * by_y + LANE_FLOAT(first, lane), sum = 0;
+    for (int y = 0; y <= rows; y++, row += 4 * by_y) {
+      float16 share_y = kernel_share(block_y, top - (float)(4 * y), side), receiver = row;
+      for (int x = 0; x <= columns; x++, receiver += 4 * by_x) {
         float16 share = kernel_share(block_x, left - (float)(4 * x), side) * share_y;
-        float receiver = depth + by_x * ((float)(4 * x) + 0.5f - px) + by_y * ((float)(4 * y) + 0.5f - py);
-        float16 there = vload16(y * (last + 1) + x, map);
-        sum += ((step + receiver <= there) | (there >= 1)) ? share : (float16)0;
-        all += share;
+        float16 there = vload16((y0 + y) * (int)(size / 4) + x0 + x, map);
+        sum += (receiver < 1 ? receiver : (float16)1) <= there ? share : (float16)0;  // 1: nothing is there
       }
     }
-    LANE_FLOAT(lit, lane) = sum_float16(sum) / sum_float16(all);
+    LANE_FLOAT(lit, lane) = sum_float16(sum);
   }
-  return lit;
+  FloatL share = lit / (across.length * down.length), all = FLOATL(1 - 1e-6f), one = FLOATL(1);
+  return mixed ? (share > all ? one : share) : lit;
 }
 #endif
 
