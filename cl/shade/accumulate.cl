@@ -2,9 +2,9 @@
 // tiles a wave holds.
 //
 //   in    radiance  [ray_count], slots of a wave (shared/stream.h)
-//   out   sums      [height][width], linear radiance and coverage
+//   out   sums      [height][width], linear radiance and coverage; with `begin` what they held does not count
 //
-//   Cost  16 bytes read a sample, 32 moved a pixel.
+//   Cost  16 bytes read a sample, 32 moved a pixel, with `begin` 16.
 
 #include "lib/tile.cl"
 
@@ -15,22 +15,22 @@
 #define ROW 4
 #endif
 
-kernel void accumulate(constant CameraInfo *camera, uint first_tile, uint tile_count, uint sample_count,
+kernel void accumulate(constant CameraInfo *camera, uint first_tile, uint tile_count, uint sample_count, uint begin,
                        global const float4 *radiance, global float4 *sums)
 {
   uint pixel_count = tile_count * TILE_PIXELS;
-  uint begin = get_global_id(0) * RAYS_PER_ITEM;
-  uint end = min(begin + RAYS_PER_ITEM, pixel_count);
+  uint first = get_global_id(0) * RAYS_PER_ITEM;
+  uint end = min(first + RAYS_PER_ITEM, pixel_count);
   uint2 grid = camera_tiles(camera), corner = (uint2)(0);
-  for (uint i = begin; i < end; i += ROW) {
-    if (i == begin || i % TILE_PIXELS == 0) corner = tile_pixel(first_tile + i / TILE_PIXELS, 0, grid);
+  for (uint i = first; i < end; i += ROW) {
+    if (i == first || i % TILE_PIXELS == 0) corner = tile_pixel(first_tile + i / TILE_PIXELS, 0, grid);
     uint2 pixel = corner + within_tile(i % TILE_PIXELS);
     if (pixel.x >= camera->width || pixel.y >= camera->height) continue;
     global float4 *to = &sums[pixel.y * camera->width + pixel.x];
     global const float4 *from = &radiance[i];
 #if ROW == 4
     if (pixel.x + ROW <= camera->width) {
-      float16 sum = vload16(0, (global float *)to);
+      float16 sum = begin ? (float16)0 : vload16(0, (global float *)to);
       for (uint sample = 0; sample < sample_count; sample++)
         sum += vload16(0, (global const float *)(from + sample * pixel_count));
       vstore16(sum, 0, (global float *)to);
@@ -38,7 +38,7 @@ kernel void accumulate(constant CameraInfo *camera, uint first_tile, uint tile_c
     }
 #endif
     for (uint k = 0; k < min(camera->width - pixel.x, (uint)ROW); k++) {
-      float4 sum = to[k];
+      float4 sum = begin ? (float4)0 : to[k];
       for (uint sample = 0; sample < sample_count; sample++) sum += from[sample * pixel_count + k];
       to[k] = sum;
     }

@@ -45,12 +45,12 @@ void film_free(Film *film)
 }
 
 Status film_accumulate(const Film *film, Device *device, const CameraRays *camera, const Wave *wave,
-                       const DeviceBuffer *radiance, const DeviceBuffer *sums, Log *log)
+                       const DeviceBuffer *radiance, const DeviceBuffer *sums, bool begin, Log *log)
 {
-  uint32_t pixels = wave->tile_count * 64;
+  uint32_t pixels = wave->tile_count * 64, begins = begin;
   return device_launch(device, &film->accumulate, work_items(device, pixels), pixels, "add samples to the picture",
                        ARGS(ARG_BUFFER(camera->cameras), ARG(wave->first_tile), ARG(wave->tile_count),
-                            ARG(wave->sample_count), ARG_BUFFER(*radiance), ARG_BUFFER(*sums)),
+                            ARG(wave->sample_count), ARG(begins), ARG_BUFFER(*radiance), ARG_BUFFER(*sums)),
                        log);
 }
 

@@ -17,9 +17,9 @@ typedef struct Film {
 Status film_make(Film *out, Device *device, const DeviceScene *scene, const CameraInfo *camera, bool aovs, Log *log);
 void film_free(Film *film);
 
-// Adds the wave's samples to `sums` (film->sums, or a buffer like it).
+// Adds the wave's samples to `sums` (film->sums, or a buffer like it); with `begin` they set them.
 Status film_accumulate(const Film *film, Device *device, const CameraRays *camera, const Wave *wave,
-                       const DeviceBuffer *radiance, const DeviceBuffer *sums, Log *log);
+                       const DeviceBuffer *radiance, const DeviceBuffer *sums, bool begin, Log *log);
 Status film_aov(const Film *film, Device *device, const DeviceScene *scene, const CameraRays *camera, const Wave *wave,
                 const RayStream *rays, const HitStream *hits, Log *log);
 

@@ -202,7 +202,8 @@ done:
 
 Status radiance_accumulate(Frame *frame, const Wave *wave, const DeviceBuffer *sums, Log *log)
 {
-  return film_accumulate(&frame->film, frame->device, &frame->camera, wave, &frame->radiance, sums, log);
+  bool begin = wave->first_sample == 0 && !frame->request.adds;
+  return film_accumulate(&frame->film, frame->device, &frame->camera, wave, &frame->radiance, sums, begin, log);
 }
 
 // Light of the first hits without lights, with them, and without their shadows, all of it without the environment's:

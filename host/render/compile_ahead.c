@@ -98,7 +98,7 @@ static Status film_compile(Frame *frame, const Wave *wave, Log *log)
   TRY(film_resolve(&frame->film, device, &frame->film.sums, &info, values[0], log));
   // What the caller builds first, and is at now.
   TRY(camera_rays_make(&frame->camera, device, &frame->camera.info, 1, log));
-  TRY(film_accumulate(&frame->film, device, &frame->camera, wave, &frame->radiance, &frame->film.sums, log));
+  TRY(film_accumulate(&frame->film, device, &frame->camera, wave, &frame->radiance, &frame->film.sums, true, log));
   TRY(device_finish(device, log));
 
 done:

@@ -37,6 +37,7 @@ typedef struct FrameRequest {
   PictureArea area;
   uint32_t samples;
   Plan plan;
+  bool adds;             // to what was rendered before with other seeds
   uint32_t seed;         // of samples of lobes and of the environment
   uint32_t aovs;         // of AovSet
   bool flat_background;  // camera rays that miss see this radiance in place of the environment
@@ -70,7 +71,7 @@ typedef struct ReflectorSummary {
   uint32_t faces_kept;  // of the cubes', as they were in the frame before
 } ReflectorSummary;
 
-// Device resources of a frame. Buffers grow with the wave (device_traits()->wave_rays), not with the picture, save 32
+// Device resources of a frame. Buffers grow with the wave (wave_capacity), not with the picture, save 32
 // bytes a pixel for the picture itself.
 struct Frame {
   Device *device;

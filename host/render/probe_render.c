@@ -30,6 +30,7 @@ Status probes_render(const ProbePictures *out, Device *device, const DeviceScene
   TRY(frame_make(&frame, device, scene, &request, log));
   for (uint32_t pass = 1; pass <= passes; pass++) {
     frame.request.seed = passes > 1 ? seed + pass : seed;
+    frame.request.adds = pass > 1;
     TRY(pass_render(&frame, render->probes, log));
     float *to = pass == passes ? out->whole : pass == passes / 2 ? out->half : NULL;
     if (!to) continue;
