@@ -3,15 +3,6 @@
 #include "lib/lanes.cl"
 #include "lib/tile.cl"
 
-// Pixels of LANES neighbouring slots, of which the first is `within` (0..63) a tile.
-static inline void tile_pixels(UintL *x, UintL *y, uint tile, uint within, uint2 grid)
-{
-  uint2 first = tile_pixel(tile, within & ~15u, grid);
-  UintL inside = LANE_AS_UINT(INTL((int)(within & 15)) + LANE_INDEX);
-  *x = UINTL(first.x) + (inside & UINTL(3));
-  *y = UINTL(first.y) + (inside >> UINTL(2));
-}
-
 // Tiles of a picture of `view_count` views.
 static inline uint2 views_tiles(constant CameraInfo *cameras, uint view_count)
 {
@@ -19,14 +10,27 @@ static inline uint2 views_tiles(constant CameraInfo *cameras, uint view_count)
   return (uint2)(grid.x, grid.y * view_count);
 }
 
-// The camera that LANES neighbouring slots of a tile see by, and their pixels in its view.
-static inline constant CameraInfo *tile_camera(UintL *x, UintL *y, constant CameraInfo *cameras, uint view_count,
-                                               uint tile, uint within)
+// What cameras see by, and the first pixel of a tile in its view.
+typedef struct TileView {
+  constant CameraInfo *camera;
+  uint2 px;
+} TileView;
+
+static inline TileView tile_view(constant CameraInfo *cameras, uint view_count, uint tile)
 {
-  tile_pixels(x, y, tile, within, views_tiles(cameras, view_count));
-  uint view = view_count > 1 ? LANE_UINT(*y, 0) / cameras->height : 0;
-  *y -= UINTL(view * cameras->height);
-  return &cameras[view];
+  uint2 px = tile_at(tile, views_tiles(cameras, view_count)) * (uint)TILE_SIZE;
+  uint view = view_count > 1 ? px.y / cameras->height : 0;
+  TileView out = {&cameras[view], (uint2)(px.x, px.y - view * cameras->height)};
+  return out;
+}
+
+// Pixels of LANES neighbouring slots, of which the first is `within` (0..63) a tile.
+static inline void tile_pixels(UintL *x, UintL *y, const TileView *tile, uint within)
+{
+  uint2 first = tile->px + within_tile(within & ~15u);
+  UintL inside = LANE_AS_UINT(INTL((int)(within & 15)) + LANE_INDEX);
+  *x = UINTL(first.x) + (inside & UINTL(3));
+  *y = UINTL(first.y) + (inside >> UINTL(2));
 }
 
 typedef struct CameraRay {
@@ -65,13 +69,26 @@ typedef struct CameraSources {
   uint first_tile, tile_count, first_sample;
 } CameraSources;
 
-// The rays of LANES neighbouring slots of a wave.
-static inline CameraRay wave_ray(FloatL *t_max, const CameraSources *from, uint slot)
+// A tile of a wave at one of its samples.
+typedef struct WaveTile {
+  TileView view;
+  Float2 offset;
+} WaveTile;
+
+// That of a slot.
+static inline WaveTile wave_tile(const CameraSources *from, uint slot)
+{
+  uint tile = slot / TILE_PIXELS;
+  WaveTile out = {tile_view(from->cameras, from->view_count, from->first_tile + tile % from->tile_count),
+                  from->offsets[from->first_sample + tile / from->tile_count]};
+  return out;
+}
+
+// The rays of LANES neighbouring slots of it.
+static inline CameraRay wave_ray(FloatL *t_max, const WaveTile *tile, uint slot)
 {
   UintL x, y;
-  uint tile = slot / TILE_PIXELS;
-  constant CameraInfo *camera = tile_camera(&x, &y, from->cameras, from->view_count,
-                                            from->first_tile + tile % from->tile_count, slot % TILE_PIXELS);
-  *t_max = camera_ray_end(camera, x, y);
-  return camera_ray(camera, x, y, from->offsets[from->first_sample + tile / from->tile_count]);
+  tile_pixels(&x, &y, &tile->view, slot % TILE_PIXELS);
+  *t_max = camera_ray_end(tile->view.camera, x, y);
+  return camera_ray(tile->view.camera, x, y, tile->offset);
 }

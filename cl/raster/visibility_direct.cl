@@ -433,16 +433,16 @@ kernel void visibility_resolve(constant CameraInfo *cameras, uint view_count, co
   uint slot = get_global_id(0), tile = slot / TILE_PIXELS;
   if (slot >= slot_count) return;
   UintL x, y;
-  constant CameraInfo *camera =
-      tile_camera(&x, &y, cameras, view_count, first_tile + tile % tile_count, slot % TILE_PIXELS);
+  TileView view = tile_view(cameras, view_count, first_tile + tile % tile_count);
+  tile_pixels(&x, &y, &view, slot % TILE_PIXELS);
   ulong key = keys[slot];
-  float t = camera_ray_end(camera, x, y), u = 0, v = 0;
+  float t = camera_ray_end(view.camera, x, y), u = 0, v = 0;
   uint id = (uint)key;
   if (id != HIT_NONE) {
     global const uint *vertex = corners[id].vertex;
     Triangle triangle;
     for (uint i = 0; i < 3; i++) triangle.corner[i] = vload3(vertex[i], positions);
-    SampleRay s = sample_ray(camera, x, y, offsets[first_sample + tile / tile_count]);
+    SampleRay s = sample_ray(view.camera, x, y, offsets[first_sample + tile / tile_count]);
     TriangleHit hit = sample_intersect(&s, &triangle);
     t = as_float((uint)(key >> 32));
     u = hit.u;

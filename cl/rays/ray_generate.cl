@@ -19,9 +19,10 @@ kernel void ray_generate(constant CameraInfo *cameras, uint view_count, constant
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   Vec3L one = vec3l(FLOATL(1), FLOATL(1), FLOATL(1));
   CameraSources from = {cameras, view_count, offsets, first_tile, tile_count, first_sample};
+  WaveTile tile = wave_tile(&from, begin);
   for (uint slot = begin; slot < end; slot += LANES) {
     FloatL t_max;
-    CameraRay ray = wave_ray(&t_max, &from, slot);
+    CameraRay ray = wave_ray(&t_max, &tile, slot);
     stream_store3(ray.origin, rays, capacity, RAY_ORIGIN_X, slot);
     stream_store3(ray.direction, rays, capacity, RAY_DIRECTION_X, slot);
     LANE_STORE(t_max, rays + RAY_T_MAX * capacity, slot);

@@ -69,9 +69,11 @@ static inline Lighting light_arriving(global const LightInfo *light, Vec3L origi
     out.unit = unit3(out.to_light);
     out.t_max = one;
     FloatL squared = dot3(out.to_light, out.to_light);
-    FloatL ratio = squared / FLOATL(light->range_m) / FLOATL(light->range_m);
-    factor = max_lane(one - ratio * ratio, zero) / squared;
-    factor = squared > zero ? factor : zero;
+    if (light->range_m < INFINITY) {
+      FloatL ratio = squared / FLOATL(light->range_m) / FLOATL(light->range_m);
+      factor = max_lane(one - ratio * ratio, zero);
+    }
+    factor = squared > zero ? factor / squared : zero;
     if (light->kind == LIGHT_KIND_SPOT) {
       FloatL cosine = zero - dot3(beam, out.unit);
       FloatL cone = max_lane(min_lane(cosine * FLOATL(light->spot_scale) + FLOATL(light->spot_offset), one), zero);
@@ -206,14 +208,14 @@ static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, Flo
 #endif
 }
 
-static inline Arrivals arrivals_load(constant ShadeInfo *shade, const CameraSources *camera, global const float *rays,
+static inline Arrivals arrivals_load(constant ShadeInfo *shade, const WaveTile *tile, global const float *rays,
                                      global const uint *slots, uint capacity, uint first, uint ray_count)
 {
   Arrivals out;
   if (shade->from_camera) {
     FloatL one = FLOATL(1);
     out.slot = UINTL(first) + LANE_AS_UINT(INTL(0) + LANE_INDEX);
-    out.direction = wave_ray(&out.t_max, camera, first).direction;
+    out.direction = wave_ray(&out.t_max, tile, first).direction;
     out.weight = vec3l(one, one, one);
     return out;
   }
@@ -263,8 +265,10 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
   const bool begins = shade->from_camera && shade->first_batch;
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
+  WaveTile tile = {{cameras, (uint2)(0)}, {0, 0}};
+  if (shade->from_camera) tile = wave_tile(&camera, begin);
   for (uint first = begin; first < end; first += LANES) {
-    Arrivals in = arrivals_load(shade, &camera, rays, slots, capacity, first, ray_count);
+    Arrivals in = arrivals_load(shade, &tile, rays, slots, capacity, first, ray_count);
     UintL slot = in.slot, id = LANE_LOAD(hit_ids, first);
     IntL active = in.t_max > zero;
     IntL hit = active & (id != UINTL(HIT_NONE));
@@ -272,16 +276,17 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
     Vec3L direction = in.direction, weight = in.weight;
     FloatL density = FLOATL(INFINITY);
     if (STREAMS_HAVE_DENSITY && !shade->primary) density = LANE_LOAD(rays + RAY_DENSITY * capacity, first);
-    if (shade->first_batch && any_lane(begins ? !hit : missed)) {
+    Sum sum = {vec3l(zero, zero, zero), zero};
+    if (shade->first_batch && any_lane(missed)) {
       Vec3L seen =
           shade_misses(missed, direction, weight, density, shade, environment, environment_pixels, environment_table);
-      Sum beyond = {select3(missed, seen, vec3l(zero, zero, zero)), zero};
-      if (begins)
-        radiance_store(radiance, slot, !hit, beyond);
-      else
-        radiance_add(radiance, slot, missed, beyond.rgb);
+      sum.rgb = select3(missed, seen, sum.rgb);
+      if (!begins) radiance_add(radiance, slot, missed, seen);
     }
-    if (!any_lane(hit)) continue;
+    if (!any_lane(hit)) {
+      if (begins) radiance_store(radiance, slot, INTL(-1), sum);
+      continue;
+    }
 
     FloatL u = LANE_LOAD(hits + HIT_U * capacity, first), v = LANE_LOAD(hits + HIT_V * capacity, first);
     Surface s = surface_load(&geometry, &attributes, id, u, v, direction, hit);
@@ -319,11 +324,10 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
       sampled.by_map = lit & !s.reflectance.mirror & (s.reflectance.roughness <= FLOATL(shade->map_roughness));
     sampled.reflects = sampled.reflects | sampled.by_map;
 #endif
-    Sum sum = {vec3l(zero, zero, zero), zero};
     if (!begins) sum = radiance_load(radiance, slot, hit);
     if (shade->first_batch) {
-      sum.rgb = add3(sum.rgb, mul3(surface_own_radiance(&s, shade), weight));
-      sum.coverage += coverage;
+      sum.rgb = select3(hit, add3(sum.rgb, mul3(surface_own_radiance(&s, shade), weight)), sum.rgb);
+      sum.coverage = hit ? sum.coverage + coverage : sum.coverage;
       sum.rgb = environment_light_add(sum.rgb, &sampled, to_eye, nv, shade, environment, environment_pixels,
                                       environment_levels);
     }
@@ -369,7 +373,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                          LANE_AS_FLOAT(id), shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity,
                          shadow_slots + i * capacity, &counts[i]);
     }
-    radiance_store(radiance, slot, hit, sum);
+    radiance_store(radiance, slot, begins ? INTL(-1) : hit, sum);
     if (!shade->first_batch) continue;
 
     if (shade->reflect) {
