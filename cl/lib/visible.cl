@@ -18,7 +18,7 @@ typedef struct VisibleTriangle {
   FloatL edge_x[3], edge_y[3],
       edge_0[3];  // >= 0 (or NaN) for a block of 4 x 4 samples that may be met, by its first sample
   FloatL low_x, low_y, high_x, high_y;  // bounds of samples that may be met, in pixels
-  FloatL near;                          // no hit is nearer
+  FloatL near, far;                     // no hit is nearer; about as far as one can be
   IntL culled;
 } VisibleTriangle;
 
@@ -142,6 +142,7 @@ static inline VisibleTriangle visible_setup(constant RasterView *view, const Vec
   box_depth(&least, &greatest, view->depth.y, a[0].y, a[1].y, a[2].y);
   box_depth(&least, &greatest, view->depth.z, a[0].z, a[1].z, a[2].z);
   out.near = max_lane(least - slack, zero);
+  out.far = max_lane(greatest, zero);
   out.culled = unused | (greatest <= FLOATL(view->near) - slack) | (least > FLOATL(view->far) + slack);
 
   FloatL low_x = min3_lane(px[0], px[1], px[2]), high_x = max3_lane(px[0], px[1], px[2]);

@@ -178,8 +178,8 @@ kernel void depth_bins(global const RasterBlock *blocks, constant RasterView *vi
   for (uint first = items.x; first < items.y; first += SORT_CHUNKS) {
     uint count = bin_chunks(keys, spans, item_count, first, min(first + SORT_CHUNKS, items.y), bin.x, bin.y);
     for (uint i = 0; i < count; i++) {
-      if (as_float((uint)(keys[i] >> 32)) > target_farthest(&to, rows, parts)) break;
       uint chunk = (uint)keys[i];
+      if (as_float(spans[SPAN_NEAR * item_count + chunk]) > target_farthest(&to, rows, parts)) break;
       global const uint *from = records + chunk * (RASTER_CHUNK + 1) * DEPTH_WORDS;
       global const uint *start = starts + chunk * (columns * columns + 2);
       global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);

@@ -59,7 +59,8 @@ kernel void depth_setup(global const RasterBlock *blocks, global const RasterBou
     IntL bin_px = INTL(RASTER_BIN_PX);
     UintL x = LANE_AS_UINT((t.first_x / bin_px) | (t.last_x / bin_px) << INTL(16)),
           y = LANE_AS_UINT((t.first_y / bin_px) | (t.last_y / bin_px) << INTL(16));
-    bins_take(&ranges, !t.culled, bits, x, y, t.clipped ? FLOATL(0) : plane[3], fields, DEPTH_WORDS, records);
+    FloatL near = t.clipped ? FLOATL(0) : plane[3];
+    bins_take(&ranges, !t.culled, bits, x, y, near, near, fields, DEPTH_WORDS, records);
   }
   bins_sort(&ranges, spans, item, item_count, starts, lists);
 }

@@ -55,7 +55,7 @@ kernel void shadow_setup(global const RasterBlock *blocks, global const RasterBo
     IntL bin_px = INTL(RASTER_BIN_PX);
     UintL x = packed_range(box[0] / bin_px, box[2] / bin_px), y = packed_range(box[1] / bin_px, box[3] / bin_px);
     FloatL near_w = view->raster.parallel ? FLOATL(0) - t.near_most : FLOATL(1) / t.near_most;
-    bins_take(&ranges, seen, bits, x, y, near_w, fields, SURE_WORDS, records);
+    bins_take(&ranges, seen, bits, x, y, near_w, near_w, fields, SURE_WORDS, records);
   }
   bins_sort(&ranges, spans, item, chunk_count * view_count, starts, lists);
 }

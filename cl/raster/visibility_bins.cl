@@ -352,8 +352,8 @@ kernel void visibility_bins(constant CameraInfo *cameras, uint view_count, const
   for (uint first = items.x; first < items.y; first += SORT_CHUNKS) {
     uint count = bin_chunks(keys, spans, item_count, first, min(first + SORT_CHUNKS, items.y), bin_x, bin_y);
     for (uint i = 0; i < count; i++) {
-      if (as_float((uint)(keys[i] >> 32)) > bin_farthest(&bin)) break;
       uint chunk = (uint)keys[i];
+      if (as_float(spans[SPAN_NEAR * item_count + chunk]) > bin_farthest(&bin)) continue;
       global const uint *from = records + chunk * (RASTER_CHUNK + 1) * VISIBLE_WORDS;
       global const uint *start = starts + chunk * (columns * rows + 2);
       global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);

@@ -61,7 +61,8 @@ kernel void visibility_setup(global const RasterBlock *blocks, global const Rast
     fields[VISIBLE_NUMBER] = LANE_AS_UINT(INTL((int)(chunk * RASTER_CHUNK + first)) + LANE_INDEX);
     fields[VISIBLE_FLAGS] = flags;
     bins_take(&ranges, seen, bits, bins_range(t.low_x, t.high_x, 0, columns),
-              bins_range(t.low_y, t.high_y, first_row, first_row + rows), t.near, fields, VISIBLE_WORDS, records);
+              bins_range(t.low_y, t.high_y, first_row, first_row + rows), t.near, t.far, fields, VISIBLE_WORDS,
+              records);
   }
   bins_sort(&ranges, spans, item, item_count, starts, lists);
 }

@@ -40,8 +40,9 @@ SHARED_SIZE(RasterItem, 8);
 #define SPAN_FIRST_Y 2
 #define SPAN_END_X 3
 #define SPAN_END_Y 4
-#define SPAN_NEAR 5  // bits of a float not below 0: nothing is drawn nearer
-#define SPAN_FIELDS 6
+#define SPAN_NEAR 5   // bits of a float not below 0: nothing is drawn nearer
+#define SPAN_ORDER 6  // the same of how far it is, front and back together: what is drawn first
+#define SPAN_FIELDS 7
 #define SPAN_PADDING 16
 
 #define LIST_PADDING 16  // numbers behind the last chunk's lists
