@@ -2,12 +2,19 @@
 
 #include "lib/texture.cl"
 
+static inline FloatL alpha_at(const AttributeSources *from, const TriangleCorners *corners, IntL mask, FloatL u,
+                              FloatL v)
+{
+  Attributes at = attributes_none();
+  attributes_load(&at, from, corners, mask, u, v);
+  return base_color_sample(from, &from->materials[corners->material], &at, mask).a;
+}
+
 // Lanes whose alpha at barycentrics (u, v) of triangle `id` reaches the material's cutoff, of those of `accept`.
 static inline IntL alpha_passes(const AttributeSources *from, uint id, IntL accept, FloatL u, FloatL v)
 {
   TriangleCorners corners = from->corners[id];
-  Color4L color = base_color_sample(from, &corners, accept, u, v);
-  return color.a >= FLOATL(from->materials[corners.material].alpha_cutoff);
+  return alpha_at(from, &corners, accept, u, v) >= FLOATL(from->materials[corners.material].alpha_cutoff);
 }
 
 // Units of absorption in an octave. Sums of whole units are the same in whatever order the surfaces are met, which
@@ -20,8 +27,7 @@ static inline IntL alpha_passes(const AttributeSources *from, uint id, IntL acce
 static inline IntL alpha_absorption(const AttributeSources *from, uint id, IntL accept, FloatL u, FloatL v)
 {
   TriangleCorners corners = from->corners[id];
-  Color4L color = base_color_sample(from, &corners, accept, u, v);
-  FloatL through = FLOATL(1) - color.a;
+  FloatL through = FLOATL(1) - alpha_at(from, &corners, accept, u, v);
   IntL some = through > FLOATL(1e-6f);
   FloatL units = FLOATL(-ABSORPTION_UNITS) * log2(min_lane(some ? through : FLOATL(1), FLOATL(1)));
   return accept ? (some ? LANE_CONVERT_INT(units + FLOATL(0.5f)) : INTL(ABSORPTION_ALL)) : INTL(0);

@@ -51,17 +51,11 @@ typedef struct TangentFrame {
   Vec3L sampled;  // in the frame tangent, bitangent, normal
 } TangentFrame;
 
+// Sets all but what is sampled, for the lanes of `group` on one triangle.
 static inline void tangent_frame_load(TangentFrame *frame, const GeometrySources *geometry,
                                       const AttributeSources *attributes, const TriangleCorners *corners,
                                       global const MaterialInfo *material, IntL group, FloatL u, FloatL v)
 {
-  Color4L texel = {frame->sampled, FLOATL(0)};
-  texture_use_sample(&texel, attributes, &material->normal_use, corners, group, u, v, 256);
-  FloatL scale = FLOATL(2 * material->normal_scale), shift = FLOATL(material->normal_scale);
-  frame->sampled.x = group ? texel.rgb.x * scale - shift : frame->sampled.x;
-  frame->sampled.y = group ? texel.rgb.y * scale - shift : frame->sampled.y;
-  frame->sampled.z = group ? FLOATL(2) * texel.rgb.z - FLOATL(1) : frame->sampled.z;
-
   global const float *tangents = (global const float *)geometry->tangents;
   float4 a = vload4(corners->vertex[0], tangents), b = vload4(corners->vertex[1], tangents);
   float4 c = vload4(corners->vertex[2], tangents);
@@ -85,6 +79,15 @@ static inline void tangent_frame_load(TangentFrame *frame, const GeometrySources
   frame->side = group ? FLOATL(a.w) : frame->side;
 }
 
+static inline void normal_sample(TangentFrame *frame, const AttributeSources *attributes,
+                                 global const MaterialInfo *material, const Attributes *at, IntL group)
+{
+  Vec3L texel = texture_use_sample(attributes, &material->normal_use, at, group, 256).rgb;
+  FloatL scale = FLOATL(2 * material->normal_scale), shift = FLOATL(material->normal_scale);
+  Vec3L sampled = vec3l(texel.x * scale - shift, texel.y * scale - shift, FLOATL(2) * texel.z - FLOATL(1));
+  frame->sampled = select3(group, sampled, frame->sampled);
+}
+
 static inline Vec3L normal_mapped(const TangentFrame *frame, Vec3L normal)
 {
   Vec3L bitangent = scale3(cross3(normal, frame->tangent), frame->side);
@@ -94,74 +97,111 @@ static inline Vec3L normal_mapped(const TangentFrame *frame, Vec3L normal)
 }
 #endif
 
-// Surface at barycentrics (u, v) of triangles `id`, for the lanes of `mask`, seen along `direction` (any length). Lanes
-// on one triangle load it once.
-static inline Surface surface_load(const GeometrySources *geometry, const AttributeSources *attributes, UintL id,
-                                   FloatL u, FloatL v, Vec3L direction, IntL mask)
-{
-  Surface s;
-  FloatL zero = FLOATL(0), one = FLOATL(1);
-  Vec3L nothing = vec3l(zero, zero, zero);
-  Vec3L p0 = nothing, p1 = nothing, p2 = nothing, n0 = nothing, n1 = nothing, n2 = nothing;
-  FloatL metallic = zero;
-  s.base = s.emission = nothing;
-  s.occlusion = s.alpha = one;
-  s.reflectance.roughness = zero;
-  s.unlit = INTL(0);
+// Corners of the triangles that lanes hit, and what else is read of them.
+typedef struct HitTriangles {
+  Vec3L p[3], n[3];
+  Attributes at;
+  UintL material;
 #ifdef HAS_NORMAL_MAPS
-  TangentFrame frame = {nothing, zero, nothing};
+  TangentFrame frame;
+#endif
+} HitTriangles;
+
+// Lanes on one triangle load it once.
+static inline void hit_triangles_load(HitTriangles *out, const GeometrySources *geometry,
+                                      const AttributeSources *attributes, UintL id, FloatL u, FloatL v, IntL mask)
+{
+  Vec3L nothing = vec3l(FLOATL(0), FLOATL(0), FLOATL(0));
+  for (uint i = 0; i < 3; i++) out->p[i] = out->n[i] = nothing;
+  out->at = attributes_none();
+  out->material = UINTL(0);
+#ifdef HAS_NORMAL_MAPS
+  TangentFrame none = {nothing, FLOATL(0), nothing};
+  out->frame = none;
 #endif
   for (uint bits = lane_bits(mask); bits;) {
     uint triangle = LANE_UINT(id, lowest_bit(bits));
     IntL group = mask & (id == UINTL(triangle));
     bits &= ~lane_bits(group);
     TriangleCorners corners = attributes->corners[triangle];
+#pragma unroll
+    for (uint i = 0; i < 3; i++) {
+      group_vector_load(&out->p[i], group, geometry->positions, corners.vertex[i]);
+      group_vector_load(&out->n[i], group, geometry->normals, corners.vertex[i]);
+    }
+    attributes_load(&out->at, attributes, &corners, group, u, v);
+    out->material = group ? UINTL(corners.material) : out->material;
+#ifdef HAS_NORMAL_MAPS
     global const MaterialInfo *material = &attributes->materials[corners.material];
-    group_vector_load(&p0, group, geometry->positions, corners.vertex[0]);
-    group_vector_load(&p1, group, geometry->positions, corners.vertex[1]);
-    group_vector_load(&p2, group, geometry->positions, corners.vertex[2]);
-    group_vector_load(&n0, group, geometry->normals, corners.vertex[0]);
-    group_vector_load(&n1, group, geometry->normals, corners.vertex[1]);
-    group_vector_load(&n2, group, geometry->normals, corners.vertex[2]);
-    Color4L base = base_color_sample(attributes, &corners, group, u, v);
+    if (material->normal_use.texture != TEXTURE_NONE)
+      tangent_frame_load(&out->frame, geometry, attributes, &corners, material, group, u, v);
+#endif
+  }
+}
+
+// Sets what the surface has of its materials. Lanes of one material sample it at once.
+static inline void materials_sample(Surface *s, FloatL *metallic, HitTriangles *of, const AttributeSources *attributes,
+                                    IntL mask)
+{
+  FloatL zero = FLOATL(0), one = FLOATL(1);
+  *metallic = zero;
+  s->base = s->emission = vec3l(zero, zero, zero);
+  s->occlusion = s->alpha = one;
+  s->reflectance.roughness = zero;
+  s->unlit = INTL(0);
+  for (uint bits = lane_bits(mask); bits;) {
+    uint number = LANE_UINT(of->material, lowest_bit(bits));
+    IntL group = mask & (of->material == UINTL(number));
+    bits &= ~lane_bits(group);
+    global const MaterialInfo *material = &attributes->materials[number];
+    Color4L base = base_color_sample(attributes, material, &of->at, group);
     FloatL roughness = FLOATL(material->roughness), group_metallic = FLOATL(material->metallic);
     Vec3L emission = vec3l(FLOATL(material->emission[0]), FLOATL(material->emission[1]), FLOATL(material->emission[2]));
 #ifdef HAS_TEXTURES
-    Color4L texel = {nothing, zero};
     if (material->metallic_roughness_use.texture != TEXTURE_NONE) {
-      texture_use_sample(&texel, attributes, &material->metallic_roughness_use, &corners, group, u, v, 256);
-      roughness *= texel.rgb.y;
-      group_metallic *= texel.rgb.z;
+      Vec3L texel = texture_use_sample(attributes, &material->metallic_roughness_use, &of->at, group, 256).rgb;
+      roughness *= texel.y;
+      group_metallic *= texel.z;
     }
-    if (material->emission_use.texture != TEXTURE_NONE) {
-      texture_use_sample(&texel, attributes, &material->emission_use, &corners, group, u, v, 0);
-      emission = mul3(emission, texel.rgb);
-    }
+    if (material->emission_use.texture != TEXTURE_NONE)
+      emission = mul3(emission, texture_use_sample(attributes, &material->emission_use, &of->at, group, 0).rgb);
     if (material->occlusion_use.texture != TEXTURE_NONE) {
-      texture_use_sample(&texel, attributes, &material->occlusion_use, &corners, group, u, v, 256);
-      s.occlusion = group ? one + FLOATL(material->occlusion_strength) * (texel.rgb.x - one) : s.occlusion;
+      FloatL open = texture_use_sample(attributes, &material->occlusion_use, &of->at, group, 256).rgb.x;
+      s->occlusion = group ? one + FLOATL(material->occlusion_strength) * (open - one) : s->occlusion;
     }
 #endif
 #ifdef HAS_NORMAL_MAPS
-    if (material->normal_use.texture != TEXTURE_NONE)
-      tangent_frame_load(&frame, geometry, attributes, &corners, material, group, u, v);
+    if (material->normal_use.texture != TEXTURE_NONE) normal_sample(&of->frame, attributes, material, &of->at, group);
 #endif
-    s.base = select3(group, base.rgb, s.base);
-    s.emission = select3(group, emission, s.emission);
-    s.reflectance.roughness = group ? roughness : s.reflectance.roughness;
-    metallic = group ? group_metallic : metallic;
-    if (material->flags & MATERIAL_UNLIT) s.unlit = s.unlit | group;
+    s->base = select3(group, base.rgb, s->base);
+    s->emission = select3(group, emission, s->emission);
+    s->reflectance.roughness = group ? roughness : s->reflectance.roughness;
+    *metallic = group ? group_metallic : *metallic;
+    if (material->flags & MATERIAL_UNLIT) s->unlit = s->unlit | group;
 #ifdef HAS_BLEND
-    if (material->flags & MATERIAL_BLENDED) s.alpha = group ? max_lane(min_lane(base.a, one), zero) : s.alpha;
+    if (material->flags & MATERIAL_BLENDED) s->alpha = group ? max_lane(min_lane(base.a, one), zero) : s->alpha;
 #endif
   }
+}
+
+// Surface at barycentrics (u, v) of triangles `id`, for the lanes of `mask`, seen along `direction` (any length).
+static inline Surface surface_load(const GeometrySources *geometry, const AttributeSources *attributes, UintL id,
+                                   FloatL u, FloatL v, Vec3L direction, IntL mask)
+{
+  Surface s;
+  HitTriangles hit;
+  FloatL zero = FLOATL(0), one = FLOATL(1), metallic;
+  Vec3L nothing = vec3l(zero, zero, zero);
+  hit_triangles_load(&hit, geometry, attributes, id, u, v, mask);
+  materials_sample(&s, &metallic, &hit, attributes, mask);
+  Vec3L p0 = hit.p[0], p1 = hit.p[1], p2 = hit.p[2];
   FloatL w = one - u - v;
   s.position = blend3(p0, p1, p2, u, v);
   s.geometric = unit3(cross3(sub3(p1, p0), sub3(p2, p0)));
-  Vec3L interpolated = blend3(n0, n1, n2, u, v);
+  Vec3L interpolated = blend3(hit.n[0], hit.n[1], hit.n[2], u, v);
   s.normal = select3(dot3(interpolated, interpolated) > zero, unit3(interpolated), s.geometric);
 #ifdef HAS_NORMAL_MAPS
-  s.normal = normal_mapped(&frame, s.normal);
+  s.normal = normal_mapped(&hit.frame, s.normal);
 #endif
   IntL behind = dot3(s.geometric, direction) > zero;
   s.geometric = select3(behind, sub3(nothing, s.geometric), s.geometric);

@@ -4,6 +4,12 @@
 #include "lib/lanes.cl"
 #include "shared/scene.h"
 
+#ifdef HAS_SECOND_UVS
+#define UV_SETS 2
+#else
+#define UV_SETS 1
+#endif
+
 typedef struct Color4L {
   Vec3L rgb;
   FloatL a;
@@ -104,47 +110,78 @@ static inline float2 corner_uv(const AttributeSources *from, uint set, uint vert
   return (float2)(uv.x, uv.y);
 }
 
-// Sets the lanes of `group`, which hit one triangle at barycentrics (u, v), to the value of a material's texture;
-// `table` 0 decodes sRGB, 256 leaves values as they are.
-static inline void texture_use_sample(Color4L *out, const AttributeSources *from, global const TextureUse *use,
-                                      const TriangleCorners *corners, IntL group, FloatL u, FloatL v, uint table)
-{
-  float2 a = corner_uv(from, use->uv_set, corners->vertex[0]);
-  float2 b = corner_uv(from, use->uv_set, corners->vertex[1]);
-  float2 c = corner_uv(from, use->uv_set, corners->vertex[2]);
-  FloatL w = FLOATL(1) - u - v;
-  FloatL s = FLOATL(a.x) * w + FLOATL(b.x) * u + FLOATL(c.x) * v;
-  FloatL t = FLOATL(a.y) * w + FLOATL(b.y) * u + FLOATL(c.y) * v;
-  global const float *m = use->matrix;
-  FloatL x = FLOATL(m[0]) * s + FLOATL(m[1]) * t + FLOATL(m[2]);
-  FloatL y = FLOATL(m[3]) * s + FLOATL(m[4]) * t + FLOATL(m[5]);
-  TextureInfo info = from->textures[use->texture];
-  Texels texels = {(global const uint *)(from->texels + info.first_texel), from->linear_from_byte + table};
-  Color4L color = texture_sample(&info, &texels, x, y, group);
-  out->rgb = select3(group, color.rgb, out->rgb);
-  out->a = group ? color.a : out->a;
-}
+// What corners bring to a hit: texture coordinates by set, and the vertex colour.
+typedef struct Attributes {
+  FloatL s[UV_SETS], t[UV_SETS];
+  Color4L color;
+} Attributes;
 
-// Base colour and alpha of the lanes of `group`, which hit one triangle: factor x texture x vertex colour.
-static inline Color4L base_color_sample(const AttributeSources *from, const TriangleCorners *corners, IntL group,
-                                        FloatL u, FloatL v)
+// Sets the lanes of `group`, which hit one triangle at barycentrics (u, v).
+static inline void attributes_load(Attributes *out, const AttributeSources *from, const TriangleCorners *corners,
+                                   IntL group, FloatL u, FloatL v)
 {
-  global const MaterialInfo *material = &from->materials[corners->material];
-  FloatL one = FLOATL(1);
-  Color4L color = {vec3l(one, one, one), one};
+  FloatL w = FLOATL(1) - u - v;
 #ifdef HAS_TEXTURES
-  if (material->base_color_use.texture != TEXTURE_NONE)
-    texture_use_sample(&color, from, &material->base_color_use, corners, group, u, v, 0);
+#pragma unroll
+  for (uint set = 0; set < UV_SETS; set++) {
+    float2 a = corner_uv(from, set, corners->vertex[0]), b = corner_uv(from, set, corners->vertex[1]),
+           c = corner_uv(from, set, corners->vertex[2]);
+    out->s[set] = group ? FLOATL(a.x) * w + FLOATL(b.x) * u + FLOATL(c.x) * v : out->s[set];
+    out->t[set] = group ? FLOATL(a.y) * w + FLOATL(b.y) * u + FLOATL(c.y) * v : out->t[set];
+  }
 #endif
 #ifdef HAS_VERTEX_COLORS
   float4 a = vload4(corners->vertex[0], (global const float *)from->colors);
   float4 b = vload4(corners->vertex[1], (global const float *)from->colors);
   float4 c = vload4(corners->vertex[2], (global const float *)from->colors);
-  FloatL w = one - u - v;
-  color.rgb.x *= FLOATL(a.x) * w + FLOATL(b.x) * u + FLOATL(c.x) * v;
-  color.rgb.y *= FLOATL(a.y) * w + FLOATL(b.y) * u + FLOATL(c.y) * v;
-  color.rgb.z *= FLOATL(a.z) * w + FLOATL(b.z) * u + FLOATL(c.z) * v;
-  color.a *= FLOATL(a.w) * w + FLOATL(b.w) * u + FLOATL(c.w) * v;
+  Vec3L rgb =
+      vec3l(FLOATL(a.x) * w + FLOATL(b.x) * u + FLOATL(c.x) * v, FLOATL(a.y) * w + FLOATL(b.y) * u + FLOATL(c.y) * v,
+            FLOATL(a.z) * w + FLOATL(b.z) * u + FLOATL(c.z) * v);
+  out->color.rgb = select3(group, rgb, out->color.rgb);
+  out->color.a = group ? FLOATL(a.w) * w + FLOATL(b.w) * u + FLOATL(c.w) * v : out->color.a;
+#endif
+}
+
+// Where there are none.
+static inline Attributes attributes_none(void)
+{
+  Attributes none;
+  FloatL zero = FLOATL(0), one = FLOATL(1);
+#pragma unroll
+  for (uint set = 0; set < UV_SETS; set++) none.s[set] = none.t[set] = zero;
+  none.color.rgb = vec3l(one, one, one);
+  none.color.a = one;
+  return none;
+}
+
+// A material's texture in the lanes of `group`; `table` 0 decodes sRGB, 256 leaves values as they are.
+static inline Color4L texture_use_sample(const AttributeSources *from, global const TextureUse *use,
+                                         const Attributes *at, IntL group, uint table)
+{
+  FloatL s = at->s[0], t = at->t[0];
+  if (UV_SETS > 1 && use->uv_set) {
+    s = at->s[UV_SETS - 1];
+    t = at->t[UV_SETS - 1];
+  }
+  global const float *m = use->matrix;
+  FloatL x = FLOATL(m[0]) * s + FLOATL(m[1]) * t + FLOATL(m[2]);
+  FloatL y = FLOATL(m[3]) * s + FLOATL(m[4]) * t + FLOATL(m[5]);
+  TextureInfo info = from->textures[use->texture];
+  Texels texels = {(global const uint *)(from->texels + info.first_texel), from->linear_from_byte + table};
+  return texture_sample(&info, &texels, x, y, group);
+}
+
+// Base colour and alpha of the lanes of `group`: factor x texture x vertex colour.
+static inline Color4L base_color_sample(const AttributeSources *from, global const MaterialInfo *material,
+                                        const Attributes *at, IntL group)
+{
+  Color4L color = at->color;
+#ifdef HAS_TEXTURES
+  if (material->base_color_use.texture != TEXTURE_NONE) {
+    Color4L texel = texture_use_sample(from, &material->base_color_use, at, group, 0);
+    color.rgb = mul3(texel.rgb, color.rgb);
+    color.a *= texel.a;
+  }
 #endif
   color.rgb = mul3(color.rgb, vec3l(FLOATL(material->base_color[0]), FLOATL(material->base_color[1]),
                                     FLOATL(material->base_color[2])));

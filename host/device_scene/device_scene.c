@@ -150,6 +150,7 @@ void device_scene_features(DeviceScene *out, const Scene *scene)
     const Mesh *mesh = &scene->meshes[scene->objects[o].mesh];
     out->has_shadowless |= scene->objects[o].shadowless;
     for (uint32_t p = 0; p < mesh->primitive_count; p++) {
+      out->has_second_uvs |= out->has_textures && mesh->primitives[p].uvs[1];
       out->has_colors |= mesh->primitives[p].colors != NULL;
       out->has_normal_maps |= primitive_has_normal_map(&mesh->primitives[p], scene);
     }
@@ -158,10 +159,10 @@ void device_scene_features(DeviceScene *out, const Scene *scene)
 
 void device_scene_options(const DeviceScene *scene, char *out, size_t size)
 {
-  snprintf(out, size, "%s%s%s%s%s%s", scene->has_textures ? "-D HAS_TEXTURES " : "",
-           scene->has_colors ? "-D HAS_VERTEX_COLORS " : "", scene->has_masks ? "-D HAS_MASK " : "",
-           scene->has_normal_maps ? "-D HAS_NORMAL_MAPS " : "", scene->has_blends ? "-D HAS_BLEND " : "",
-           scene->has_shadowless ? "-D HAS_SHADOWLESS " : "");
+  snprintf(out, size, "%s%s%s%s%s%s%s", scene->has_textures ? "-D HAS_TEXTURES " : "",
+           scene->has_second_uvs ? "-D HAS_SECOND_UVS " : "", scene->has_colors ? "-D HAS_VERTEX_COLORS " : "",
+           scene->has_masks ? "-D HAS_MASK " : "", scene->has_normal_maps ? "-D HAS_NORMAL_MAPS " : "",
+           scene->has_blends ? "-D HAS_BLEND " : "", scene->has_shadowless ? "-D HAS_SHADOWLESS " : "");
 }
 
 uint32_t object_of_triangle(const uint32_t *object_starts, uint32_t object_count, uint32_t triangle)

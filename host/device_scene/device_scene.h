@@ -31,7 +31,7 @@ typedef struct DeviceScene {
   KeptScene *kept;  // NULL unless made by device_scene_make_movable
 
   uint32_t vertex_count, triangle_count, object_count, light_count, material_count;
-  bool has_textures, has_normal_maps, has_masks, has_blends, has_colors, has_mirrors, has_shadowless;
+  bool has_textures, has_second_uvs, has_normal_maps, has_masks, has_blends, has_colors, has_mirrors, has_shadowless;
   bool environment_lights;
   float least_roughness;  // as in FlatScene
   double extent_m;        // diagonal of the bounds

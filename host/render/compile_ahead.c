@@ -203,6 +203,7 @@ Status compile_ahead_run(int input, Log *log)
   device_override_traits(device, &traits);
   TRY(device_scene_make(&scene, device, &nothing, NULL, log));
   scene.has_textures = request.features.has_textures;
+  scene.has_second_uvs = request.features.has_second_uvs;
   scene.has_normal_maps = request.features.has_normal_maps;
   scene.has_masks = request.features.has_masks;
   scene.has_blends = request.features.has_blends;
