@@ -154,27 +154,28 @@ static void hybrid_shadows_are_chosen_where_they_gain(void **state)
     facts.gpu = gpu;
     for (settings.samples = 1; settings.samples <= 256; settings.samples *= 2) {
       Plan plan = plan_make(&settings, &facts);
-      assert_int_equal(plan.shadows, plan.hybrid_kinds ? SHADOWS_HYBRID : SHADOWS_RAYS);
+      assert_int_equal(plan_uses_shadow_maps(&plan), plan.hybrid_kinds != 0);
       for (int kind = 0; kind < 2; kind++) {
         const ShadowCost *cost = &plan.shadow_costs[kind];
-        bool hybrid = plan.hybrid_kinds >> kind & 1;
+        bool hybrid = plan_light_shadows(&plan, 0, (uint32_t)kind) == SHADOWS_HYBRID;
         assert_true(cost->rays_ms > 0 && cost->hybrid_ms > 0 && (!hybrid || cost->hybrid_ms < cost->rays_ms));
         if (first[kind]) assert_true(hybrid);
         if (hybrid && !first[kind]) first[kind] = settings.samples;
       }
-      assert_true(!(plan.hybrid_kinds >> 2 & 1));  // there is no such light
+      assert_int_equal(plan_light_shadows(&plan, 0, 2), SHADOWS_RAYS);  // there is no such light
     }
     assert_true(first[0] > 1 && first[1] >= 1 && first[0] >= first[1]);
   }
   settings.samples = 1;
   settings.shadows = SHADOWS_RAYS;
-  assert_int_equal(plan_make(&settings, &facts).shadows, SHADOWS_RAYS);
+  assert_int_equal(plan_make(&settings, &facts).shadow_methods, SHADOW_SET(SHADOWS_RAYS));
   settings.shadows = SHADOWS_HYBRID;
   Plan named = plan_make(&settings, &facts);
-  assert_true(named.shadows == SHADOWS_HYBRID && named.hybrid_kinds == 7);
+  assert_int_equal(named.shadow_methods, SHADOW_SET(SHADOWS_HYBRID));
+  for (uint32_t kind = 0; kind < 3; kind++) assert_int_equal(plan_light_shadows(&named, 0, kind), SHADOWS_HYBRID);
   settings.shadows = SHADOWS_AUTO;
   facts.light_count = 0;
-  assert_int_equal(plan_make(&settings, &facts).shadows, SHADOWS_NONE);
+  assert_int_equal(plan_make(&settings, &facts).shadow_methods, SHADOW_SET(SHADOWS_NONE));
 }
 
 // What was measured, in processor ms by two for all lights of a scene at 1920 x 1080: the model is about that.

@@ -108,7 +108,7 @@ static void shadow_rays_check(ShadeLab *lab, const OracleScene *oracle, const La
     float open[HITS][4];
     ShadeInfo info = {.model = LIGHTING_MODEL_PBR, .first_light = light, .light_count = 1};
     lab_shade(open, lab, &info);
-    info.cast_shadows = 1;
+    info.casting_lights = 1;
     float added[HITS][4];
     lab_shade(added, lab, &info);
     LabRay *rays = lab_shadow_rays(lab, 0);

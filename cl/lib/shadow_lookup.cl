@@ -292,11 +292,10 @@ static inline FloatL lit_fraction(global const ShadowInfo *info, global const Sh
                                   const MapPoint *at, const PlaneDepth *plane, UintL id, IntL group)
 {
 #ifdef HAS_DISC
-  return lit_by_disc(info, view, map, at, plane, id, group);
-#else
+  if (info->method == SHADOW_BY_PCSS) return lit_by_disc(info, view, map, at, plane, id, group);
+#endif
   if (info->method == SHADOW_BY_PCF) return lit_by_kernel(map, info->size_px, info->kernel_px, at, plane, id, group);
   return texel_lit(map, info->size_px, at, plane, LANE_CONVERT_INT(floor(at->x)), LANE_CONVERT_INT(floor(at->y)));
-#endif
 }
 
 // A point in a view, and its triangle's plane there.

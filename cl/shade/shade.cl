@@ -246,7 +246,8 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                   constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
                   global const float *environment_table, global const Float4 *environment_levels,
                   global const ShadowInfo *shadow_infos, global const ShadowView *shadow_views,
-                  global const float *shadow_maps, global const ShadowTile *sure_tiles,
+                  global const float *shadow_maps, global const ShadowInfo *sure_infos,
+                  global const ShadowView *sure_views, global const ShadowTile *sure_tiles,
                   global const ShadowBlock *sure_blocks, global const ShadowRow *sure_rows, uint sure_block_count,
                   global const BvhTriangle *leaf_triangles, global float4 *radiance, global float *shadow_rays,
                   global uint *shadow_slots, global float *reflected_rays, global uint *reflected_slots,
@@ -342,11 +343,13 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
       Vec3L arrives = mul3(mul3(f, light.irradiance), weight);
       IntL reached = lit & (dot3(s.geometric, light.unit) > zero) & (max_component3(arrives) > zero);
 #ifdef HAS_AREA_LIGHTS
-      IntL within = reached & light_point_choose(&light, lights[number].kind, shade, number, slot);
-      sum.rgb = select3(within, add3(sum.rgb, arrives), sum.rgb);
-      reached = reached & !within & (dot3(s.geometric, light.unit) > zero);
+      if (shade->area_lights >> i & 1) {
+        IntL within = reached & light_point_choose(&light, lights[number].kind, shade, number, slot);
+        sum.rgb = select3(within, add3(sum.rgb, arrives), sum.rgb);
+        reached = reached & !within & (dot3(s.geometric, light.unit) > zero);
+      }
 #endif
-      if (!shade->cast_shadows) {
+      if (!(shade->casting_lights >> i & 1)) {
         sum.rgb = select3(reached, add3(sum.rgb, arrives), sum.rgb);
         continue;
       }
@@ -359,9 +362,9 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
       }
 #endif
 #ifdef HAS_SURE_MAPS
-      if (shade->cast_shadows == SHADOWS_JUDGED && shadow_infos[number].view_count) {
+      if (shade->judged_lights >> i & 1 && sure_infos[number].view_count) {
         TexelLook look;
-        Verdicts v = sure_judge(&look, &shadow_infos[number], shadow_views, &sure, origin, reached & !streamed);
+        Verdicts v = sure_judge(&look, &sure_infos[number], sure_views, &sure, origin, reached & !streamed);
         if (any_lane(v.waiting)) own_judge(&v, &look, &sure, id);
         sum.rgb = select3(v.lit, add3(sum.rgb, arrives), sum.rgb);
         judged += (uint)popcount(lane_bits(v.lit | v.dark));

@@ -90,11 +90,10 @@ static inline FloatL lookup_doubt(global const ShadowInfo *info, global const Sh
                                   const MapPoint *at, const PlaneDepth *plane, UintL id, IntL group)
 {
 #ifdef HAS_DISC
-  return disc_doubt(info, view, map, at, plane, id, group);
-#else
+  if (info->method == SHADOW_BY_PCSS) return disc_doubt(info, view, map, at, plane, id, group);
+#endif
   if (info->method == SHADOW_BY_TEXEL) return texel_doubt(info, map, at, plane, id, group);
   return ramp_doubt(lit_by_kernel(map, info->size_px, info->kernel_px, at, plane, id, group));
-#endif
 }
 
 // Normals of the lanes' triangles, of any length.

@@ -25,14 +25,14 @@
 #define ENVIRONMENT_RAYS_IMAGE 1  // chosen by the image
 #define ENVIRONMENT_SEGMENTS (OCCLUSION_RAYS + 1)
 
-#define SHADOWS_JUDGED 2  // with HAS_SURE_MAPS: these judge shadow rays first
-
 typedef struct ShadeInfo {
   uint model;              // LIGHTING_MODEL_*
   uint first_light;        // of this launch's batch
   uint light_count;        // in the batch, 0..LIGHTS_PER_LAUNCH
   uint first_batch;        // 1: this launch adds emission, ambient and environment, and spawns reflected rays
-  uint cast_shadows;       // 0: light arrives unblocked, without shadow rays; SHADOWS_JUDGED
+  uint casting_lights;     // bit i: light i of the batch casts shadows; of others light arrives unblocked
+  uint judged_lights;      // with HAS_SURE_MAPS, bit i: its sure maps judge shadow rays first
+  uint area_lights;        // with HAS_AREA_LIGHTS, bit i: a point of it is chosen by chance
   uint reflect;            // 1: mirrors spawn rays, and rough surfaces up to max_roughness; 0: they stay dark
   uint environment_light;  // ENVIRONMENT_BY_*; pbr alone
   float ambient;           // phong
@@ -55,7 +55,7 @@ typedef struct ShadeInfo {
   uint from_camera;                  // 1: the rays are those of the camera, of which there is no stream
   float map_roughness;               // with HAS_ROUGH_MAPS, of surfaces for whose lobe maps are asked; 0: none
 } ShadeInfo;
-SHARED_SIZE(ShadeInfo, 132);
+SHARED_SIZE(ShadeInfo, 140);
 
 // Counters of the streams that a launch appends to: shadow rays by light of the batch, reflected rays, what BLEND lets
 // through, and the environment's rays by segment; and how many shadow rays were judged, which go to no stream.

@@ -21,6 +21,7 @@ enum {
   OPTION_JSON_TEXT = 4,
   OPTION_JSON_NUMBERS = 8,  // a list
   OPTION_JSON_TEXTS = 16,
+  OPTION_JSON_PAIRS = 32,  // an object of texts by name: NAME=TEXT, joined
 };
 
 struct Option {

@@ -21,7 +21,7 @@ static Status errors_bound(FrameJob *job, Run *run)
   const bool known = !options->exposure.is_auto && options->picture.tone == TONE_CURVE_NONE;
   const float scale = known ? exp2f(options->exposure.ev) : INFINITY;
   double begin_ms = clock_ms();
-  if (plan_uses_shadow_maps(&job->plan) && job->plan.shadows != SHADOWS_HYBRID) {
+  if (plan_uses_shadows(&job->plan, SHADOW_SET_LOOKED_UP)) {
     TRY(shadow_bound_make(&job->shadow_bound, &job->frame, scale, run->log));
     timeline_end(&run->timeline, "bound the shadow maps' error", begin_ms);
   }

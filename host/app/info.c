@@ -223,8 +223,8 @@ static void info_print(const Scene *scene, const GltfContents *contents, const j
   }
   for (uint32_t i = 0; i < scene->light_count; i++) {
     const Light *light = &scene->lights[i];
-    row_print(i ? "" : "lights", "'%s' %s, %.4g %s", light->name, light_kind(light), (double)light->intensity,
-              light_unit(light));
+    row_print(i ? "" : "lights", "#%u '%s' %s, %.4g %s", i + 1, light->name, light_kind(light),
+              (double)light->intensity, light_unit(light));
   }
   animations_print(contents);
   size_t i;

@@ -59,6 +59,7 @@ typedef struct RenderOptions {
   FrameRange frames;
   float fps;
   const char *animation;  // index or name; NULL: the first
+  const char *light_shadows;  // NAME=METHOD,...; NULL: all lights as settings.shadows
   const char *camera;     // index, name, "fit"; NULL: the first camera, else fit
   EnvironmentSource environment;
   float environment_intensity;
@@ -87,6 +88,9 @@ RenderOptions render_options_default(void);
 Status render_options_read_file(RenderOptions *out, const char *scene_path, bool allow_outside, Log *log);
 
 void render_options_free(RenderOptions *options);
+
+// Reads --light-shadows, a const char * that is not copied: NAME=METHOD and so on (app/light_shadows.h).
+Status option_read_light_shadows(void *field, const Option *option, const char *text, Log *log);
 
 // The part of the whole picture that is rendered.
 PictureArea render_area(const RenderOptions *options);

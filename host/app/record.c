@@ -15,7 +15,6 @@ static const char *base_name(const char *path)
 }
 
 static const char *const tone_names[] = {"none", "filmic", "pbr-neutral"};
-static const char *const shadow_names[] = {"none", "map", "pcf", "pcss", "hybrid", "rays", "area", "auto"};
 static const char *const light_kind_names[SHADOW_LIGHT_KINDS] = {"point", "spot", "directional"};
 static const char *const environment_light_names[] = {"auto", "none", "ambient", "sh", "sh-ao", "sampled"};
 
@@ -48,7 +47,7 @@ static void environment_record(FILE *out, const RenderOptions *options)
   if (!options->key_light) fputs(" --no-key-light", out);
 }
 
-// What the method of the shadows reads of its options.
+// What methods of the shadows read of their options.
 static void shadows_record(FILE *stream, const Plan *plan)
 {
   const ShadowOptions *options = &plan->shadow_options;
@@ -58,8 +57,8 @@ static void shadows_record(FILE *stream, const Plan *plan)
     else
       fputs(" --shadow-map-size auto", stream);
   }
-  if (plan->shadows == SHADOWS_PCF) fprintf(stream, " --shadow-kernel %u", options->kernel_px);
-  if (plan->shadows == SHADOWS_PCSS || plan->shadows == SHADOWS_AREA)
+  if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_PCF))) fprintf(stream, " --shadow-kernel %u", options->kernel_px);
+  if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_PCSS) | SHADOW_SET(SHADOWS_AREA)))
     fprintf(stream, " --light-radius %g --light-angle %g", (double)options->light_radius_m,
             options->light_angle_rad * 180 / M_PI);
 }
@@ -102,8 +101,9 @@ Status record_make(char **out, const RenderOptions *options, const Plan *plan, c
   else
     fputs(" --lighting pbr", stream);
   fprintf(stream, " --primary %s --shadows %s --reflections %s --environment-light %s --max-depth %u",
-          primary_name(settings->primary), shadow_names[settings->shadows], reflections_name(settings->reflections),
+          primary_name(settings->primary), shadow_words[settings->shadows], reflections_name(settings->reflections),
           environment_light_names[plan->environment_light], settings->max_depth);
+  if (options->light_shadows) word_record(stream, "--light-shadows", options->light_shadows);
   reflections_record(stream, settings);
   shadows_record(stream, plan);
   fprintf(stream, " --max-roughness %g --seed %u", (double)plan->max_roughness, options->seed);
@@ -119,36 +119,50 @@ Status record_make(char **out, const RenderOptions *options, const Plan *plan, c
 }
 
 // What a light's shadows were expected to cost in milliseconds, by kind of light, and by which method they are found.
+// Where lights have methods of their own, those are in lights_json alone.
 static json_t *shadow_costs_json(const Plan *plan, const DeviceScene *scene)
 {
   json_t *out = json_object();
   for (uint32_t i = 0; i < scene->light_count; i++) {
     uint32_t kind = scene->light_infos[i].kind;
     const ShadowCost *cost = &plan->shadow_costs[kind];
-    json_object_set_new(out, light_kind_names[kind],
-                        json_pack("{s:f, s:f, s:s}", "rays", cost->rays_ms, "hybrid", cost->hybrid_ms, "method",
-                                  plan->hybrid_kinds >> kind & 1 ? "hybrid" : "rays"));
+    json_t *costs = json_pack("{s:f, s:f}", "rays", cost->rays_ms, "hybrid", cost->hybrid_ms);
+    if (!plan->light_shadows)
+      json_object_set_new(costs, "method", json_string(shadow_words[plan_light_shadows(plan, i, kind)]));
+    json_object_set_new(out, light_kind_names[kind], costs);
+  }
+  return out;
+}
+
+// What each light is called, and by which method its shadows were found.
+static json_t *lights_json(const Plan *plan, const DeviceScene *scene)
+{
+  json_t *out = json_array();
+  for (uint32_t i = 0; i < scene->light_count; i++) {
+    const char *name = scene->source->lights[i].name, *method = shadow_words[plan_light_shadows(plan, i, scene->light_infos[i].kind)];
+    json_array_append_new(out, json_pack("{s:o, s:s}", "name", app_json_text(name ? name : ""), "shadows", method));
   }
   return out;
 }
 
 // Each light's maps, and how many of them were kept from the frame before; for hybrid shadows how many rays they left
 // to be traced, for others what they may get wrong. A light without maps has 0 views.
-static json_t *shadow_maps_json(const Plan *plan, const Frame *frame, const ShadowBound *bound)
+static json_t *shadow_maps_json(const Frame *frame, const ShadowBound *bound)
 {
   const ShadowHybrid *hybrid = &frame->shadow_hybrid;
-  bool is_hybrid = plan->shadows == SHADOWS_HYBRID;
+  const ShadowMaps *maps = &frame->shadow_maps;
   json_t *lights = json_array();
   for (uint32_t i = 0; i < frame->scene->light_count; i++) {
-    const ShadowInfo *info = is_hybrid ? &hybrid->maps.lights[i] : &frame->shadow_maps.lights[i];
-    const uint32_t kept = !is_hybrid ? frame->shadow_maps.kept[i] : hybrid->maps.stayed[i] ? info->view_count : 0;
+    const bool is_hybrid = frame_light_shadows(frame, i) == SHADOWS_HYBRID, has_maps = shadow_maps_have(maps, i);
+    const ShadowInfo none = {0}, *info = is_hybrid ? &hybrid->maps.lights[i] : has_maps ? &maps->lights[i] : &none;
+    const uint32_t kept = !is_hybrid ? (has_maps ? maps->kept[i] : 0) : hybrid->maps.stayed[i] ? info->view_count : 0;
     json_t *light =
         json_pack("{s:i, s:i, s:i}", "size", (int)info->size_px, "views", (int)info->view_count, "kept", (int)kept);
     if (bound) json_object_set_new(light, "expected", json_real(bound->lights[i]));
     json_array_append_new(lights, light);
   }
   json_t *out = json_pack("{s:o}", "lights", lights);
-  if (out && is_hybrid) {
+  if (out && plan_uses_shadows(&frame->request.plan, SHADOW_SET(SHADOWS_HYBRID))) {
     json_object_set_new(out, "rays", json_integer((json_int_t)hybrid->rays));
     json_object_set_new(out, "traced", json_integer((json_int_t)hybrid->traced));
   }
@@ -225,6 +239,8 @@ json_t *record_stats(const RecordSources *sources)
   const Plan *plan = sources->plan;
   const DeviceInfo *device = device_info(sources->device);
   PictureArea area = render_area(options);
+  const ShadowMethod chosen = plan->hybrid_kinds ? SHADOWS_HYBRID : SHADOWS_RAYS;
+  const ShadowMethod shadows = plan->shadows == SHADOWS_AUTO ? chosen : plan->shadows;
   json_t *stats =
       json_pack("{s:s, s:o, s:o, s:o}", "version", FRUGAL_VERSION, "scene", app_json_text(options->scene_path),
                 "output", app_json_text(options->output_path), "settings", app_json_text(sources->record));
@@ -240,7 +256,7 @@ json_t *record_stats(const RecordSources *sources)
       json_pack("{s:s, s:s, s:{s:f, s:f}, s:s, s:s, s:s, s:i, s:f, s:s}", "lighting",
                 plan->lighting == LIGHTING_PHONG ? "phong" : "pbr", "primary", primary_name(plan->primary),
                 "primary_ms", "raster", plan->primary_cost.raster_ms, "rays", plan->primary_cost.rays_ms, "shadows",
-                shadow_names[plan->shadows], "reflections", reflections_name(plan->reflections), "deep_reflections",
+                shadow_words[shadows], "reflections", reflections_name(plan->reflections), "deep_reflections",
                 reflections_name(plan->deep_reflections), "max_depth", (int)plan->max_depth, "max_roughness",
                 (double)plan->max_roughness, "environment_light", environment_light_names[plan->environment_light]),
       profile_json(sources->timeline),
@@ -259,11 +275,12 @@ json_t *record_stats(const RecordSources *sources)
     failed |= json_object_set_new(stats, "raster",
                                   json_pack("{s:I, s:I}", "block_tests", (json_int_t)sources->raster->block_tests,
                                             "samples_covered", (json_int_t)sources->raster->samples_covered)) != 0;
-  if (plan->shadows == SHADOWS_HYBRID || plan->shadows == SHADOWS_RAYS)
+  if (scene->light_count) failed |= json_object_set_new(stats, "lights", lights_json(plan, scene)) != 0;
+  if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_HYBRID) | SHADOW_SET(SHADOWS_RAYS)))
     failed |= json_object_set_new(json_object_get(stats, "plan"), "shadow_ms", shadow_costs_json(plan, scene)) != 0;
   if (plan_uses_shadow_maps(plan))
     failed |=
-        json_object_set_new(stats, "shadow_maps", shadow_maps_json(plan, sources->frame, sources->shadow_bound)) != 0;
+        json_object_set_new(stats, "shadow_maps", shadow_maps_json(sources->frame, sources->shadow_bound)) != 0;
   if (plan->reflections == REFLECTIONS_PLANAR)
     failed |=
         json_object_set_new(stats, "flat_mirrors", flat_mirrors_json(sources->frame, sources->reflection_bound)) != 0;

@@ -8,6 +8,7 @@
 #include <sys/resource.h>
 
 #include "app/app.h"
+#include "app/light_shadows.h"
 #include "app/options.h"
 #include "app/outputs.h"
 #include "app/run.h"
@@ -56,8 +57,14 @@ static void structure_known(void *context, const Scene *scene)
                       .environment_lights =
                           environment == ENVIRONMENT_UNSET ? scene->light_count == 0 : environment != ENVIRONMENT_NONE};
   for (uint32_t i = 0; i < scene->light_count && scene->lights; i++) facts.lights_by_kind[scene->lights[i].kind]++;
-  Plan plan = plan_make(&run->options.settings, &facts);
+  RenderSettings settings = run->options.settings;
+  uint8_t *light_shadows = NULL;
+  Log unheard = {0};  // what is wrong shows again when the scene is whole
+  light_shadows_resolve(&light_shadows, &run->options, scene, &unheard);
+  settings.light_shadows = light_shadows;
+  Plan plan = plan_make(&settings, &facts);
   if (run->warm_up) warm_up_scene(run->warm_up, scene, &plan);
+  free(light_shadows);
 }
 
 // A view of all holds the scene wherever its animation takes it.
@@ -103,6 +110,8 @@ static Status scene_read(Run *run)
     goto done;
   }
   TRY(environment_read(run));
+  TRY(light_shadows_resolve(&run->light_shadows, options, &run->scene, run->log));
+  run->options.settings.light_shadows = run->light_shadows;
   double aspect = (double)options->settings.width / options->settings.height;
   TRY(scene_camera_choose(&run->camera, &run->scene, options->camera, aspect, run->log));
   if (run->motion && !run->camera.name) TRY(camera_fit_motion(run, aspect));
@@ -159,6 +168,7 @@ static void run_free(Run *run)
   scene_free(&run->scene);
   image_helper_stop(run->images);
   timeline_free(&run->timeline);
+  free(run->light_shadows);
   render_options_free(&run->options);
 }
 

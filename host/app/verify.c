@@ -9,7 +9,7 @@
 
 static bool is_random(const Plan *plan)
 {
-  return plan->lobes || plan->shadows == SHADOWS_AREA || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
+  return plan->lobes || plan_uses_shadows(plan, SHADOW_SET(SHADOWS_AREA)) || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
 }
 
 static bool same_but_shadows(const Plan *a, const Plan *b)
@@ -60,11 +60,12 @@ static Status probes_measure(VerifyResult *out, Verification *v, const VerifySou
   RenderSettings exact = settings_exact(settings), shadows = *settings;
   shadows.primary = exact.primary;
   shadows.shadows = exact.shadows;
+  shadows.allowed_shadows = exact.allowed_shadows;
   Plan reference = plan_make(&exact, sources->facts), partly = plan_make(&shadows, sources->facts);
   uint32_t passes = is_random(&reference) ? (VERIFY_SAMPLES + samples - 1) / samples : 1;
   if (is_random(&reference) && passes < 2) passes = 2;
   TRY(picture_shown(v->picture, sources->frame, sources->picture, log));
-  bool shadows_alone = partly.shadows != SHADOWS_NONE && same_but_shadows(shown, &reference);
+  bool shadows_alone = partly.shadow_rays && same_but_shadows(shown, &reference);
   TRY(reference_render(v, sources, &reference, passes, shadows_alone, log));
   TRY(probe_error_make(&out->error, v->picture, v->reference, NULL, width, &v->probes, log));
   out->reference_samples = passes * samples;
@@ -73,16 +74,17 @@ static Status probes_measure(VerifyResult *out, Verification *v, const VerifySou
     TRY(probe_error_make(&noise, v->half, v->reference, NULL, width, &v->probes, log));
     out->noise = noise.off.share;
   }
-  if (partly.shadows == SHADOWS_NONE) goto done;
+  if (!partly.shadow_rays) goto done;
   if (shadows_alone) {
     out->has_shadows = passes == 1 || !shown->lobes;
     TRY(shadows_measure(out, v, width, log));
     goto done;
   }
   // With the same seed all else is the same, noise too; a light's own noise would have to be averaged away with it.
-  out->has_shadows = partly.shadows != SHADOWS_AREA || !is_random(shown);
+  const bool area = plan_uses_shadows(&partly, SHADOW_SET(SHADOWS_AREA));
+  out->has_shadows = !area || !is_random(shown);
   if (!out->has_shadows) goto done;
-  TRY(reference_render(v, sources, &partly, partly.shadows == SHADOWS_AREA ? passes : 1, true, log));
+  TRY(reference_render(v, sources, &partly, area ? passes : 1, true, log));
   TRY(shadows_measure(out, v, width, log));
 
 done:

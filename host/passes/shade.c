@@ -42,10 +42,10 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const 
   device_scene_options(scene, options, sizeof options);
   if (plan->lobes) strcat(options, "-D HAS_LOBES ");
   if (plan->rough_by_maps) strcat(options, "-D HAS_ROUGH_MAPS ");
-  if (plan->shadows == SHADOWS_AREA) strcat(options, "-D HAS_AREA_LIGHTS ");
-  if (plan_uses_shadow_maps(plan) && plan->shadows != SHADOWS_HYBRID) strcat(options, "-D HAS_SHADOW_MAPS ");
-  if (plan->shadows == SHADOWS_HYBRID) strcat(options, "-D HAS_SURE_MAPS ");
-  if (plan->shadows == SHADOWS_PCSS) strcat(options, "-D HAS_DISC ");
+  if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_AREA))) strcat(options, "-D HAS_AREA_LIGHTS ");
+  if (plan_uses_shadows(plan, SHADOW_SET_LOOKED_UP)) strcat(options, "-D HAS_SHADOW_MAPS ");
+  if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_HYBRID))) strcat(options, "-D HAS_SURE_MAPS ");
+  if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_PCSS))) strcat(options, "-D HAS_DISC ");
   if (plan->receivers) strcat(options, "-D HAS_RECEIVERS ");
   if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) strcat(options, "-D HAS_OCCLUSION_RAYS ");
   TRY(environment_prepare(&shader, device, scene, plan, log));
@@ -75,7 +75,8 @@ void shader_free(Shader *shader)
 
 // What the kernel reads of shadows.
 typedef struct MapBuffers {
-  DeviceBuffer infos, views, texels, tiles, blocks, rows;
+  DeviceBuffer infos, views, texels;
+  DeviceBuffer sure_infos, sure_views, tiles, blocks, rows;
   uint32_t block_count;
 } MapBuffers;
 
@@ -84,10 +85,21 @@ static MapBuffers map_buffers(const Shader *shader, const ShadeStreams *streams)
   const DeviceBuffer none = shader->nothing;
   const ShadowMaps *maps = streams->maps;
   const SureMaps *sure = streams->sure;
-  if (sure && sure->tiles.memory)
-    return (MapBuffers){sure->infos, sure->views, none, sure->tiles, sure->blocks, sure->rows, sure->block_count};
-  if (maps) return (MapBuffers){maps->infos, maps->views, maps->maps, none, none, none, 0};
-  return (MapBuffers){none, none, none, none, none, none, 0};
+  MapBuffers of = {none, none, none, none, none, none, none, none, 0};
+  if (maps && maps->infos.memory) {
+    of.infos = maps->infos;
+    of.views = maps->views;
+    of.texels = maps->maps;
+  }
+  if (sure && sure->tiles.memory) {
+    of.sure_infos = sure->infos;
+    of.sure_views = sure->views;
+    of.tiles = sure->tiles;
+    of.blocks = sure->blocks;
+    of.rows = sure->rows;
+    of.block_count = sure->block_count;
+  }
+  return of;
 }
 
 Status shade(const Shader *shader, Device *device, const DeviceScene *scene, const ShadeStreams *streams,
@@ -99,8 +111,8 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
   const CameraRays *camera = streams->camera ? streams->camera : &none;
   const MapBuffers of = map_buffers(shader, streams);
   bool shadow_rays = false;
-  for (uint32_t i = 0; i < info->light_count && info->cast_shadows; i++)
-    shadow_rays |= !maps || !shadow_maps_have(maps, info->first_light + i);
+  for (uint32_t i = 0; i < info->light_count; i++)
+    shadow_rays |= info->casting_lights >> i & 1 && (!maps || !shadow_maps_have(maps, info->first_light + i));
   bool spawns =
       shadow_rays || info->reflect || (info->first_batch && (scene->has_blends || shader->environment_segments > 0));
   DeviceBuffer settings = shader->info, counters = shader->counts;
@@ -114,8 +126,8 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
            ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents), ATTRIBUTE_ARGS(scene),
            ARG_BUFFER(scene->lights), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
            ARG_BUFFER(shader->environment_table), ARG_BUFFER(shader->environment_levels), ARG_BUFFER(of.infos),
-           ARG_BUFFER(of.views), ARG_BUFFER(of.texels), ARG_BUFFER(of.tiles), ARG_BUFFER(of.blocks),
-           ARG_BUFFER(of.rows), ARG(of.block_count), ARG_BUFFER(scene->bvh2_triangles), ARG_BUFFER(*streams->radiance),
+           ARG_BUFFER(of.views), ARG_BUFFER(of.texels), ARG_BUFFER(of.sure_infos), ARG_BUFFER(of.sure_views),
+           ARG_BUFFER(of.tiles), ARG_BUFFER(of.blocks), ARG_BUFFER(of.rows), ARG(of.block_count), ARG_BUFFER(scene->bvh2_triangles), ARG_BUFFER(*streams->radiance),
            ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots), ARG_BUFFER(streams->reflected->rays),
            ARG_BUFFER(streams->reflected->slots), ARG_BUFFER(streams->transmitted->rays),
            ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts), ARG_BUFFER(camera->cameras),

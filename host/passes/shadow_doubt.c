@@ -6,7 +6,7 @@
 
 #include "passes/scene_args.h"
 
-Status shadow_doubt_make(ShadowDoubt *out, Device *device, const ShadowMaps *maps, ShadowMethod method,
+Status shadow_doubt_make(ShadowDoubt *out, Device *device, const ShadowMaps *maps, bool has_disc,
                          uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
@@ -19,7 +19,7 @@ Status shadow_doubt_make(ShadowDoubt *out, Device *device, const ShadowMaps *map
     status = log_no_memory(log, "shadow doubts");
     goto done;
   }
-  TRY(program_build(&program, device, "shade/shadow_doubt.cl", method == SHADOWS_PCSS ? "-D HAS_DISC" : "", log));
+  TRY(program_build(&program, device, "shade/shadow_doubt.cl", has_disc ? "-D HAS_DISC" : "", log));
   TRY(program_kernel(&doubt.kernel, program, "shadow_doubt", log));
   TRY(buffer_create(&doubt.shown, device, capacity * sizeof(Float4), NULL, "shadow doubts", log));
   TRY(buffer_create(&doubt.by_slot, device, capacity * sizeof(float), NULL, "shadow doubts", log));

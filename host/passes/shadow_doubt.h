@@ -23,9 +23,9 @@ typedef struct ShadowDoubt {
   double sum, sum_squared;   // over probes: all lights' doubts together, at most 1 a probe
 } ShadowDoubt;
 
-// Errors: those of program_build and buffer_create.
-Status shadow_doubt_make(ShadowDoubt *out, Device *device, const ShadowMaps *maps, ShadowMethod method,
-                         uint32_t capacity, Log *log);
+// `has_disc`: some of the maps are for PCSS. Errors: those of program_build and buffer_create.
+Status shadow_doubt_make(ShadowDoubt *out, Device *device, const ShadowMaps *maps, bool has_disc, uint32_t capacity,
+                         Log *log);
 void shadow_doubt_free(ShadowDoubt *doubt);
 
 // A wave whose slots are `pixels` times `samples`. It is rendered twice: first while `showing`, then for the doubts.

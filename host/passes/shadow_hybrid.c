@@ -41,7 +41,7 @@ static void lights_fit(ShadowHybrid *hybrid, const DeviceScene *scene, const Pla
   for (uint32_t i = 0; i < scene->light_count; i++) {
     ShadowFit *fit = &hybrid->fits[i];
     const LightInfo *light = &scene->light_infos[i];
-    bool can = plan->hybrid_kinds >> light->kind & 1 && light_fit(fit, hybrid, light, &scope, 0);
+    bool can = plan_light_shadows(plan, i, light->kind) == SHADOWS_HYBRID && light_fit(fit, hybrid, light, &scope, 0);
     while (can && !hybrid->options.map_size_px && fit->info.size_px > SHADOW_MAP_LEAST_PX &&
            (uint64_t)sure_maps_tiles(&fit->info) * scene->light_count > marked_tiles_most)
       light_fit(fit, hybrid, light, &scope, fit->info.size_px / 2);
@@ -50,10 +50,10 @@ static void lights_fit(ShadowHybrid *hybrid, const DeviceScene *scene, const Pla
 }
 
 Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *scene, const Plan *plan,
-                          const CameraInfo *camera, uint32_t capacity, Log *log)
+                          const CameraInfo *camera, uint32_t capacity, uint64_t taken_bytes, Log *log)
 {
   Status status = STATUS_OK;
-  ShadowHybrid hybrid = {.options = plan->shadow_options};
+  ShadowHybrid hybrid = {.options = plan->shadow_options, .taken_bytes = taken_bytes};
   hybrid.fits = calloc(scene->light_count + 1, sizeof *hybrid.fits);
   hybrid.probes = calloc(scene->light_count + 1, sizeof *hybrid.probes);
   hybrid.suited = calloc(scene->light_count + 1, sizeof *hybrid.suited);
@@ -107,7 +107,7 @@ static Status sizes_choose(ShadowHybrid *hybrid, Device *device, const DeviceSce
   SureMaps *maps = &hybrid->maps;
   const ShadowScope scope = {receivers->camera, scene->low, scene->high};
   const uint64_t most = shadow_bytes_most(&hybrid->options, device);
-  uint64_t bytes = 0;
+  uint64_t bytes = hybrid->taken_bytes;
   uint8_t *levels = calloc(maps->light_count + 1, sizeof *levels);
   if (!levels) return log_no_memory(log, "sure maps");
   for (uint32_t i = 0; i < maps->light_count; i++) {

@@ -17,15 +17,17 @@ typedef struct ShadowHybrid {
   Solids solids;
   bool *suited;  // [light_count], to the light: its maps leave out what of them faces it
   ShadowOptions options;
-  uint32_t left_out;  // lights for whose maps there was no room
+  uint64_t taken_bytes;  // of options.max_bytes, by other lights' maps
+  uint32_t left_out;     // lights for whose maps there was no room
   RayStream unsure;
   DeviceBuffer unsure_count;
   uint64_t rays, traced;  // of what was judged so far, by shading too
 } ShadowHybrid;
 
-// Aims the maps of every light, as finely as they may be drawn. Errors: those of program_build and buffer_create.
+// Aims the maps of every light whose method is HYBRID, as finely as they may be drawn; `taken_bytes` of what all maps
+// may take are others' (passes/shadow_maps.h). Errors: those of program_build and buffer_create.
 Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *scene, const Plan *plan,
-                          const CameraInfo *camera, uint32_t capacity, Log *log);
+                          const CameraInfo *camera, uint32_t capacity, uint64_t taken_bytes, Log *log);
 void shadow_hybrid_free(ShadowHybrid *hybrid);
 
 // Marks what shadow rays of probes, the pixels of `probes`, ask of a light's maps. Errors: STATUS_DEVICE.

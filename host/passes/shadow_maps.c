@@ -18,7 +18,10 @@ static void lights_fit(ShadowMaps *maps, ShadowFit *fits, const DeviceScene *sce
   uint32_t views = 0;
   for (uint32_t i = 0; i < maps->light_count; i++) {
     ShadowInfo *info = &fits[i].info;
-    if (!shadow_fit(&fits[i], &scene->light_infos[i], plan->shadows, &plan->shadow_options, &scope)) {
+    const LightInfo *light = &scene->light_infos[i];
+    const ShadowMethod method = plan_light_shadows(plan, i, light->kind);
+    if (!(SHADOW_SET(method) & SHADOW_SET_LOOKED_UP) ||
+        !shadow_fit(&fits[i], light, method, &plan->shadow_options, &scope)) {
       *info = (ShadowInfo){0};
       continue;
     }
@@ -123,7 +126,7 @@ Status shadow_maps_make(ShadowMaps *out, Device *device, const DeviceScene *scen
                         const Plan *plan, const CameraInfo *camera, ShadowMaps *before, Log *log)
 {
   Status status = STATUS_OK;
-  bool wanted = plan_uses_shadow_maps(plan) && plan->shadows != SHADOWS_HYBRID;
+  bool wanted = plan_uses_shadows(plan, SHADOW_SET_LOOKED_UP);
   ShadowMaps maps = {.light_count = wanted ? scene->light_count : 0};
   const uint64_t most = shadow_bytes_most(&plan->shadow_options, device);
   ShadowFit *fits = calloc(maps.light_count + 1, sizeof *fits);

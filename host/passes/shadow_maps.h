@@ -6,8 +6,9 @@
 #include "passes/shadow_fit.h"
 
 typedef struct ShadowMaps {
-  ShadowInfo *lights;  // [light_count], the host's copy of `infos`. A light without any maps (it sends no light, or the
-                       // maps' memory was spent before its turn) has a view_count of 0: rays are its method.
+  // [light_count], the host's copy of `infos`. A light without any maps (its method takes none, it sends no light, or
+  // the maps' memory was spent before its turn) has a view_count of 0: if it casts shadows, by rays.
+  ShadowInfo *lights;
   uint32_t light_count, left_out;
   ShadowView *view_table;  // [view_count], the host's copy of `views`
   uint32_t view_count;
@@ -18,7 +19,7 @@ typedef struct ShadowMaps {
   DeviceBuffer maps;   // float, of all lights (shared/depth_map.h)
 } ShadowMaps;
 
-// Fits and draws the maps of every light; without any where the plan's shadows take none. Lights for whose maps there
+// Fits and draws the maps of every light whose method looks them up. Lights for whose maps there
 // is no room any more are left out, with a warning that says how many. Views that look as one of `before` did, and in
 // which nothing moved since, are taken from there and not drawn: `before` are the maps of the frame before in a
 // sequence, which may lose their texels, or NULL. Errors: those of raster_depth and buffer_create.

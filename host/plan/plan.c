@@ -23,10 +23,11 @@ const char *reflections_name(ReflectionMethod method)
 }
 
 // Maps hold few samples: what is random would have noise in them that rays do not have.
-static ReflectionMethod reflections_choose(ReflectionMethod asked, const RenderSettings *settings, bool lobes,
+static ReflectionMethod reflections_choose(ReflectionMethod asked, uint32_t shadow_methods, bool lobes,
                                            EnvironmentLightMethod environment_light)
 {
-  bool by_chance = lobes || settings->shadows == SHADOWS_AREA || environment_light == ENVIRONMENT_LIGHT_SH_AO;
+  bool by_chance =
+      lobes || shadow_methods & SHADOW_SET(SHADOWS_AREA) || environment_light == ENVIRONMENT_LIGHT_SH_AO;
   return asked == REFLECTIONS_HYBRID && by_chance ? REFLECTIONS_RAYS : asked;
 }
 
@@ -51,25 +52,49 @@ static float exact_roughness_of(const RenderSettings *settings, const SceneFacts
   return settings->lighting == LIGHTING_PBR && facts->least_roughness <= most ? most : 0;
 }
 
-// Which lights have maps, with SHADOWS_HYBRID.
 typedef struct ShadowChoice {
-  ShadowMethod method;
-  uint32_t hybrid_kinds;
+  uint32_t methods;       // set of those that lights have
+  uint32_t hybrid_kinds;  // as in the plan
+  uint32_t kinds;         // of lights that are there
   ShadowCost costs[SHADOW_LIGHT_KINDS];
 } ShadowChoice;
+
+// The methods that one that is asked for means.
+static uint32_t methods_of(ShadowMethod asked, const ShadowChoice *choice, const RenderSettings *settings)
+{
+  const uint32_t allowed = settings->allowed_shadows ? settings->allowed_shadows : ~0u;
+  if (asked != SHADOWS_AUTO) return SHADOW_SET(shadow_method_within(allowed, asked));
+  const bool is_hybrid = choice->hybrid_kinds && allowed & SHADOW_SET(SHADOWS_HYBRID);
+  return (is_hybrid ? SHADOW_SET(SHADOWS_HYBRID) : 0) |
+         (!is_hybrid || choice->kinds & ~choice->hybrid_kinds ? SHADOW_SET(SHADOWS_RAYS) : 0);
+}
 
 static ShadowChoice shadows_choose(const RenderSettings *settings, const SceneFacts *facts)
 {
   static const uint32_t maps[SHADOW_LIGHT_KINDS] = {6, 1, 4};  // point, spot, directional
-  ShadowChoice choice = {.method = facts->light_count > 0 ? settings->shadows : SHADOWS_NONE};
+  ShadowChoice choice = {0};
   for (uint32_t kind = 0; kind < SHADOW_LIGHT_KINDS; kind++) {
     ShadowCostFacts cost = {facts->triangle_count, facts->pixel_count, settings->samples, maps[kind], facts->gpu};
     choice.costs[kind] = shadow_cost(&cost);
-    bool gains = facts->lights_by_kind[kind] > 0 && shadow_hybrid_gains(&choice.costs[kind]);
-    if (gains || choice.method == SHADOWS_HYBRID) choice.hybrid_kinds |= 1u << kind;
+    if (facts->lights_by_kind[kind] == 0) continue;
+    choice.kinds |= 1u << kind;
+    if (shadow_hybrid_gains(&choice.costs[kind])) choice.hybrid_kinds |= 1u << kind;
   }
-  if (choice.method == SHADOWS_AUTO) choice.method = choice.hybrid_kinds ? SHADOWS_HYBRID : SHADOWS_RAYS;
+  if (facts->light_count == 0)
+    choice.methods = SHADOW_SET(SHADOWS_NONE);
+  else if (!settings->light_shadows)
+    choice.methods = methods_of(settings->shadows, &choice, settings);
+  else
+    for (uint32_t i = 0; i < facts->light_count; i++)
+      choice.methods |= methods_of(settings->light_shadows[i], &choice, settings);
   return choice;
+}
+
+ShadowMethod plan_light_shadows(const Plan *plan, uint32_t light, uint32_t kind)
+{
+  ShadowMethod method = plan->light_shadows ? (ShadowMethod)plan->light_shadows[light] : plan->shadows;
+  if (method == SHADOWS_AUTO) method = plan->hybrid_kinds >> kind & 1 ? SHADOWS_HYBRID : SHADOWS_RAYS;
+  return shadow_method_within(plan->shadow_methods, method);
 }
 
 Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
@@ -89,8 +114,8 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
   // Cubes beside which something is listed do not show all.
   if (first == REFLECTIONS_HYBRID && reflections_use_lists(deep)) first = REFLECTIONS_RAYS;
   if (deep == REFLECTIONS_HYBRID && reflections_use_lists(first)) deep = REFLECTIONS_RAYS;
-  first = reflections_choose(first, settings, lobes, environment_light);
-  deep = reflections_choose(deep, settings, lobes, environment_light);
+  first = reflections_choose(first, shadows.methods, lobes, environment_light);
+  deep = reflections_choose(deep, shadows.methods, lobes, environment_light);
   uint32_t depths = reflect ? settings->max_depth : 0;
   if (deep == REFLECTIONS_NONE && depths > 1) depths = 1;
   CubeOptions cubes = settings->cubes;
@@ -99,8 +124,10 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
       .lighting = settings->lighting,
       .primary = primary_choose(settings->primary, &cost),
       .primary_cost = cost,
-      .shadow_rays = settings->shadows != SHADOWS_NONE && facts->light_count > 0,
-      .shadows = shadows.method,
+      .shadow_rays = shadows.methods != SHADOW_SET(SHADOWS_NONE),
+      .shadows = facts->light_count > 0 ? settings->shadows : SHADOWS_NONE,
+      .light_shadows = settings->light_shadows,
+      .shadow_methods = shadows.methods,
       .hybrid_kinds = shadows.hybrid_kinds,
       .shadow_options = settings->shadow_options,
       .reflected_rays = reflect,
@@ -127,6 +154,7 @@ RenderSettings settings_exact(const RenderSettings *settings)
   exact.methods = METHODS_EXACT;
   exact.primary = PRIMARY_RAYS;
   exact.shadows = sized ? SHADOWS_AREA : SHADOWS_RAYS;
+  exact.allowed_shadows = SHADOW_SET(SHADOWS_RAYS) | (sized ? SHADOW_SET(SHADOWS_AREA) : 0);
   exact.reflections = REFLECTIONS_RAYS;
   exact.deep_reflections = REFLECTIONS_LIKE_FIRST;
   exact.environment_light = ENVIRONMENT_LIGHT_SAMPLED;

@@ -7,20 +7,9 @@
 
 #include "plan/primary.h"
 #include "plan/shadow_cost.h"
+#include "plan/shadow_method.h"
 
 typedef enum LightingModel { LIGHTING_PBR, LIGHTING_PHONG } LightingModel;
-
-// How a light's shadows are found; shared/shadow.h and cl/lib/shadow_lookup.cl have the errors of each.
-typedef enum ShadowMethod {
-  SHADOWS_NONE,    // light arrives unblocked
-  SHADOWS_MAP,     // the nearest texel of a shadow map
-  SHADOWS_PCF,     // the share of a few texels: the 2007 system's
-  SHADOWS_PCSS,    // that of a disc as wide as the light's half-shadow would be
-  SHADOWS_HYBRID,  // what the map knows for sure, and rays for the rest: the picture of SHADOWS_RAYS
-  SHADOWS_RAYS,
-  SHADOWS_AREA,  // rays to points of a light that has a radius
-  SHADOWS_AUTO,  // of settings alone: HYBRID or RAYS, whichever is quicker, light by light
-} ShadowMethod;
 
 // Kinds of lights; maps differ between them, lights of a kind are alike to the plan.
 enum { SHADOW_LIGHT_KINDS = 3 };  // LIGHT_KIND_* of shared/scene.h
@@ -123,6 +112,8 @@ typedef struct RenderSettings {
   LightingModel lighting;
   PrimaryMethod primary;
   ShadowMethod shadows;
+  const uint8_t *light_shadows;  // [light_count] of ShadowMethod, the caller's, for as long as plans; NULL: `shadows`
+  uint32_t allowed_shadows;      // set of methods: a light gets no others (shadow_method_within); 0: all
   ShadowOptions shadow_options;
   ReflectionMethod reflections;       // LIKE_FIRST: NONE
   ReflectionMethod deep_reflections;  // of bounces after the first
@@ -154,10 +145,12 @@ typedef struct Plan {
   LightingModel lighting;
   PrimaryMethod primary;  // raster or rays
   PrimaryCost primary_cost;
-  bool shadow_rays;      // a light is there and shadows are asked for
-  ShadowMethod shadows;  // SHADOWS_NONE without shadow rays
+  bool shadow_rays;              // a light is there and shadows are asked for
+  ShadowMethod shadows;          // as asked for, but NONE without lights: of lights that have none of their own
+  const uint8_t *light_shadows;  // as in the settings
+  uint32_t shadow_methods;       // set of those that lights have; one taken away is replaced (shadow_method_within)
   ShadowOptions shadow_options;
-  uint32_t hybrid_kinds;  // bit k: with SHADOWS_HYBRID, lights of kind k have maps; the others' rays are traced
+  uint32_t hybrid_kinds;  // bit k: for lights of kind k AUTO means HYBRID; for others RAYS
   ShadowCost shadow_costs[SHADOW_LIGHT_KINDS];     // of one light of the kind
   bool reflected_rays;                             // something that reflects is there and reflections are asked for
   ReflectionMethod reflections, deep_reflections;  // both NONE without reflected rays; never LIKE_FIRST
@@ -177,15 +170,21 @@ typedef struct Plan {
 // Do rough surfaces reflect by samples of their lobes?
 static inline bool plan_samples_lobes(const Plan *plan) { return plan->max_roughness > 0 && !plan->rough_by_maps; }
 
+// The method of a light of the scene: never AUTO. `kind` is LIGHT_KIND_* of shared/scene.h.
+ShadowMethod plan_light_shadows(const Plan *plan, uint32_t light, uint32_t kind);
+
+// Has any light a method of the set?
+static inline bool plan_uses_shadows(const Plan *plan, uint32_t set) { return (plan->shadow_methods & set) != 0; }
+
 static inline bool plan_uses_shadow_maps(const Plan *plan)
 {
-  return plan->shadows >= SHADOWS_MAP && plan->shadows <= SHADOWS_HYBRID;
+  return plan_uses_shadows(plan, SHADOW_SET_LOOKED_UP | SHADOW_SET(SHADOWS_HYBRID));
 }
 
 // Does about every hit send rays, to lights or to the environment?
 static inline bool plan_sends_rays(const Plan *plan)
 {
-  return (plan->shadow_rays && !plan_uses_shadow_maps(plan)) || plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
+  return plan_uses_shadows(plan, SHADOW_SET_TRACED) || plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
          plan->environment_light == ENVIRONMENT_LIGHT_SH_AO || plan_samples_lobes(plan);
 }
 
@@ -222,5 +221,6 @@ static inline ReflectionMethod plan_reflections(const Plan *plan, uint32_t depth
 Plan plan_make(const RenderSettings *settings, const SceneFacts *facts);
 
 // The reference that these settings approximate: rays, sampled lobes and environment, lights of the size that the
-// shadow options give them; scene, samples and bounces are as they were.
+// shadow options give them; where lights have methods of their own, those of PCSS and AREA alone. Scene, samples and
+// bounces are as they were.
 RenderSettings settings_exact(const RenderSettings *settings);

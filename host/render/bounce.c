@@ -8,6 +8,8 @@
 // Bounces whose rays still run side by side: camera rays and their mirror images.
 enum { COHERENT_BOUNCES = 2 };
 
+enum { ALL_LIGHTS = (1 << LIGHTS_PER_LAUNCH) - 1 };
+
 static const float least_weight = 1.0f / 255, least_transmitted = 1.0f / 65536;
 
 // Reach of ambient occlusion, as a share of the diagonal of the scene's bounds.
@@ -103,11 +105,13 @@ ShadeInfo bounce_shade_info(const Frame *frame, const Wave *wave, const Bounce *
   const CameraInfo *camera = &frame_camera(frame)->info;
   const bool reflects = plan->reflected_rays && depth < plan->max_depth;
   const bool by_image = frame->shader.environment_table.bytes > 0;
-  const bool judged = plan->shadows == SHADOWS_HYBRID && !frame->marking && coherence_of(frame, depth) == RAYS_COHERENT;
+  const bool judged = !frame->marking && coherence_of(frame, depth) == RAYS_COHERENT;
   return (ShadeInfo){
       .model = plan->lighting == LIGHTING_PHONG ? LIGHTING_MODEL_PHONG : LIGHTING_MODEL_PBR,
       .first_batch = 1,
-      .cast_shadows = plan->shadow_rays ? (judged ? SHADOWS_JUDGED : 1) : 0,
+      .casting_lights = ALL_LIGHTS,
+      .judged_lights = judged ? ALL_LIGHTS : 0,
+      .area_lights = ALL_LIGHTS,
       .reflect = reflects,
       .environment_light = environment_light_of(plan->environment_light),
       .ambient = plan->ambient,
@@ -161,9 +165,13 @@ static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_
                               uint32_t count, Coherence coherence, Log *log)
 {
   if (count == 0) return STATUS_OK;
-  if (frame->request.doubt)
-    return shadow_doubt_add(frame->request.doubt, frame->device, frame->scene, light, streams->shadow, segment, count,
-                            log);
+  ShadowDoubt *doubt = frame->request.doubt;
+  if (doubt && shadow_maps_have(doubt->maps, light))
+    return shadow_doubt_add(doubt, frame->device, frame->scene, light, streams->shadow, segment, count, log);
+  if (doubt && !doubt->showing) return STATUS_OK;
+  if (doubt)
+    return trace_any(&frame->tracer, frame->device, frame->scene, streams->shadow, segment, count, &doubt->shown,
+                     coherence, "trace shadow rays", log);
   if (frame->marking)
     return coherence == RAYS_COHERENT ? shadow_hybrid_mark(&frame->shadow_hybrid, frame->device, &frame->camera, light,
                                                            streams->shadow, segment, count, log)
@@ -175,6 +183,24 @@ static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_
                    coherence, "trace shadow rays", log);
 }
 
+// The batch's lights by what is done for them, of those that `info` leaves. Sums keep the order of lights, those whose
+// light arrives in shading first: what maps judge arrives there too, but only behind all of these.
+static void lights_sort(ShadeInfo *batch, const ShadeInfo *info, const Frame *frame)
+{
+  uint32_t casting = 0, judged = 0, area = 0;
+  bool are_rays = true;  // of the lights from this one on
+  for (uint32_t i = batch->light_count; i-- > 0;) {
+    const ShadowMethod method = frame_light_shadows(frame, batch->first_light + i);
+    if (method != SHADOWS_NONE) casting |= 1u << i;
+    if (method == SHADOWS_AREA) area |= 1u << i;
+    if (method == SHADOWS_HYBRID && are_rays) judged |= 1u << i;
+    are_rays &= method == SHADOWS_RAYS || method == SHADOWS_HYBRID;
+  }
+  batch->casting_lights = casting & info->casting_lights;
+  batch->judged_lights = judged & info->judged_lights;
+  batch->area_lights = area & info->area_lights;
+}
+
 Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t count, const ShadeInfo *info,
                     Coherence coherence, uint32_t counts[STREAM_COUNTS], Log *log)
 {
@@ -183,6 +209,7 @@ Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t count, c
   uint32_t lights = frame->scene->light_count, spawned[STREAM_COUNTS];
   do {
     batch.light_count = lights - batch.first_light < LIGHTS_PER_LAUNCH ? lights - batch.first_light : LIGHTS_PER_LAUNCH;
+    lights_sort(&batch, info, frame);
     TRY(shade(&frame->shader, frame->device, frame->scene, streams, count, &batch, spawned, "shade and spawn rays",
               log));
     frame->shadow_hybrid.rays += spawned[STREAM_COUNT_JUDGED];
@@ -215,7 +242,7 @@ static Status aov_shadow(Frame *frame, const ShadeStreams *streams, const Wave *
   ShadeInfo info = bounce_shade_info(frame, wave, bounce), shadowed;
   info.reflect = info.environment_light = info.environment_table = 0;
   shadowed = info;
-  info.cast_shadows = 0;
+  info.casting_lights = 0;
   TRY(buffer_zero(frame->device, &frame->radiance, log));
   TRY(shade(&frame->shader, frame->device, frame->scene, streams, rays, &info, unused, "shade without lights", log));
   TRY(radiance_accumulate(frame, wave, &frame->own_sums, log));

@@ -27,7 +27,7 @@ static Status hits_shade(Frame *frame, const DoubtStreams *streams, const RayStr
                      &frame->camera,
                      NULL};
   info.reflect = 1;
-  info.cast_shadows = 0;
+  info.casting_lights = 0;
   TRY(buffer_zero(frame->device, &cleared, log));
   TRY(bounce_shade(frame, &to, wave_rays(wave), &info, RAYS_COHERENT, counts, log));
 

@@ -70,9 +70,9 @@ static Status raster_make(Frame *frame, Log *log)
     TRY(raster_scene_take(frame, before, log));
   TRY(shadow_maps_make(&frame->shadow_maps, frame->device, frame->scene, &frame->raster_scene, plan,
                        &frame->camera.info, before ? &before->shadow_maps : NULL, log));
-  if (plan->shadows == SHADOWS_HYBRID)
+  if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_HYBRID)))
     TRY(shadow_hybrid_make(&frame->shadow_hybrid, frame->device, frame->scene, plan, &frame->camera.info,
-                           frame->capacity, log));
+                           frame->capacity, frame->shadow_maps.bytes, log));
   if (!raster) goto done;
   TRY(raster_visibility_make(&frame->raster, frame->device, frame->scene, &options, log));
   TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->raster_scene, &frame->camera, frame->request.samples,
@@ -82,12 +82,18 @@ done:
   return status;
 }
 
+ShadowMethod frame_light_shadows(const Frame *frame, uint32_t light)
+{
+  return plan_light_shadows(&frame->request.plan, light, frame->scene->light_infos[light].kind);
+}
+
 // Streams of shadow rays to the lights of a batch; none where maps answer for all of them.
 static uint32_t light_segments(const Frame *frame)
 {
   uint32_t lights = frame->scene->light_count, traced = 0;
-  for (uint32_t i = 0; i < lights; i++) traced += !shadow_maps_have(&frame->shadow_maps, i);
-  if (!frame->request.plan.shadow_rays || traced == 0) return 0;
+  for (uint32_t i = 0; i < lights; i++)
+    traced += frame_light_shadows(frame, i) != SHADOWS_NONE && !shadow_maps_have(&frame->shadow_maps, i);
+  if (traced == 0) return 0;
   return lights < LIGHTS_PER_LAUNCH ? lights : LIGHTS_PER_LAUNCH;
 }
 
@@ -124,7 +130,7 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   TRY(hit_stream_make(&frame.hits, device, frame.capacity, log));
   TRY(buffer_create(&frame.radiance, device, (size_t)frame.capacity * sizeof(Float4), NULL, "radiance", log));
   TRY(aov_sums_make(&frame, log));
-  if (request->plan.shadows == SHADOWS_HYBRID) TRY(shadow_receivers_prepare(&frame, log));
+  if (plan_uses_shadows(&request->plan, SHADOW_SET(SHADOWS_HYBRID))) TRY(shadow_receivers_prepare(&frame, log));
   TRY(known_hits_make(&frame.known_hits, device, frame.capacity, plan_knows_hits(&request->plan), log));
   TRY(reflectors_prepare(&frame, log));
   frame.request.before = NULL;

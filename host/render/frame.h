@@ -110,6 +110,9 @@ struct Frame {
   DeviceBuffer direct_sums;                          // of all that camera rays see, for AOV_SET_REFLECTION
 };
 
+// The method of a light's shadows.
+ShadowMethod frame_light_shadows(const Frame *frame, uint32_t light);
+
 // The camera of the waves that are rendered: the picture's, or a cube map's.
 const CameraRays *frame_camera(const Frame *frame);
 

@@ -88,7 +88,7 @@ static bool is_local(const Plan *plan, const DeviceScene *scene)
   const bool sampled =
       plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
   const bool reflects = plan->reflected_rays && plan->reflections != REFLECTIONS_ENVIRONMENT;
-  const bool sharp = plan->shadows == SHADOWS_NONE || plan->shadows == SHADOWS_RAYS || plan->shadows == SHADOWS_HYBRID;
+  const bool sharp = !plan_uses_shadows(plan, ~SHADOW_SET_SHARP);
   return !reflects && !(sampled && scene->environment_lights) && sharp;
 }
 

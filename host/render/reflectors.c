@@ -90,13 +90,20 @@ CubeInfo reflector_rough_cube(const Frame *frame, const Reflector *reflector, ui
                   &reflector->sight);
 }
 
+static uint32_t lights_traced(const Frame *frame)
+{
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < frame->scene->light_count; i++)
+    count += (SHADOW_SET_TRACED & SHADOW_SET(frame_light_shadows(frame, i))) != 0;
+  return count;
+}
+
 // Does a reflector gain nothing from hybrid reflections? What a flat mirror shows needs more texels than it has pixels:
 // nearly all of it would be traced. A size that is asked for is a wish to have the map.
 static bool rays_are_better(ReflectorSummary *summary, const Frame *frame, const Reflector *reflector, uint32_t size,
                             uint32_t factor)
 {
   const FrameRequest *request = &frame->request;
-  const bool shadow_rays = request->plan.shadow_rays && !plan_uses_shadow_maps(&request->plan);
   if (!plan_uses_reflections(&request->plan, REFLECTIONS_HYBRID)) return false;
   const bool flat = reflector_side(reflector)->pixels == reflector->pixels;
   summary->flat += flat;
@@ -104,7 +111,7 @@ static bool rays_are_better(ReflectorSummary *summary, const Frame *frame, const
   const ReflectionFacts facts = {.rays = (double)reflector->pixels * factor * factor * request->samples,
                                  .size_px = size,
                                  .triangles = frame->scene->triangle_count,
-                                 .lights = shadow_rays ? frame->scene->light_count : 0,
+                                 .lights = lights_traced(frame),
                                  .gpu = device_info(frame->device)->is_gpu};
   ReflectionCost cost = reflection_cost(&facts);
   summary->rays_ms += cost.rays_ms;

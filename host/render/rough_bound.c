@@ -198,7 +198,8 @@ static FrameRequest probe_request(const Frame *frame, ReflectionSights *sights, 
   request.aovs = AOV_SET_NONE;
   request.progress = NULL;
   plan->primary = PRIMARY_RAYS;
-  if (plan->shadows == SHADOWS_HYBRID) plan->shadows = SHADOWS_RAYS;
+  if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_HYBRID)))
+    plan->shadow_methods ^= SHADOW_SET(SHADOWS_HYBRID) | SHADOW_SET(SHADOWS_RAYS);
   plan->max_roughness = plan->exact_roughness;
   plan->rough_by_maps = sights->axes;
   plan->reflections = plan->deep_reflections = sights->axes ? REFLECTIONS_ENVIRONMENT : REFLECTIONS_RAYS;

@@ -52,7 +52,7 @@ static FrameRequest probe_request(const Frame *frame, Block block, uint32_t samp
   request.aovs = AOV_SET_NONE;
   request.progress = NULL;
   request.plan.primary = PRIMARY_RAYS;
-  request.plan.shadows = SHADOWS_RAYS;
+  request.plan.shadow_methods = SHADOW_SET(SHADOWS_RAYS);
   request.plan.receivers = true;
   if (reflections_use_cubes(request.plan.reflections) || request.plan.reflections == REFLECTIONS_PLANAR)
     request.plan.reflections = REFLECTIONS_RAYS;
@@ -70,14 +70,28 @@ static Status finer_make(ShadowMaps *out, const Frame *frame, Log *log)
   Plan plan = frame->request.plan;
   uint32_t largest = 0;
   Log quiet = {0};
-  for (uint32_t i = 0; i < frame->shadow_maps.light_count; i++)
-    if (frame->shadow_maps.lights[i].size_px > largest) largest = frame->shadow_maps.lights[i].size_px;
+  for (uint32_t i = 0; i < frame->shadow_maps.light_count; i++) {
+    const ShadowInfo *info = &frame->shadow_maps.lights[i];
+    if (info->method == SHADOW_BY_PCSS && info->size_px > largest) largest = info->size_px;
+  }
   uint32_t size = largest * 4 < FINER_PX ? largest * 4 : largest * 2 < FINER_PX ? FINER_PX : largest * 2;
-  if (plan.shadows != SHADOWS_PCSS || size > SHADOW_MAP_MOST_PX) return STATUS_OK;
+  if (!plan_uses_shadows(&plan, SHADOW_SET(SHADOWS_PCSS)) || size > SHADOW_MAP_MOST_PX) return STATUS_OK;
+  plan.shadow_methods = SHADOW_SET(SHADOWS_PCSS) | SHADOW_SET(SHADOWS_RAYS);
   plan.shadow_options.map_size_px = size;
   Status status = shadow_maps_make(out, frame->device, frame->scene, &frame->raster_scene, &plan, &frame->camera.info,
                                    NULL, &quiet);
   return status ? log_fail(log, status, "%s", quiet.error) : STATUS_OK;
+}
+
+// By how much the bound is above what is expected: the mean of the lights' own factors, by what each puts off.
+static double bound_factor(const ShadowBound *bound, const ShadowMaps *maps)
+{
+  const double of_map = 2, of_ramps = 1.35;
+  double by_map = 0, by_ramps = 0;
+  for (uint32_t i = 0; i < maps->light_count; i++)
+    *(maps->lights[i].method == SHADOW_BY_TEXEL ? &by_map : &by_ramps) += bound->lights[i];
+  if (by_map <= 0) return of_ramps;
+  return by_ramps <= 0 ? of_map : (by_map * of_map + by_ramps * of_ramps) / (by_map + by_ramps);
 }
 
 Status shadow_bound_make(ShadowBound *out, const Frame *frame, float scale, Log *log)
@@ -97,7 +111,8 @@ Status shadow_bound_make(ShadowBound *out, const Frame *frame, float scale, Log 
   TRY(block_offsets(&offsets, block, samples, log));
   TRY(frame_make(&probing, device, frame->scene, &request, log));
   TRY(buffer_write(device, &probing.camera.offsets, offsets, request.samples * sizeof *offsets, log));
-  TRY(shadow_doubt_make(&doubt, device, &frame->shadow_maps, frame->request.plan.shadows, probing.capacity, log));
+  TRY(shadow_doubt_make(&doubt, device, &frame->shadow_maps,
+                        plan_uses_shadows(&frame->request.plan, SHADOW_SET(SHADOWS_PCSS)), probing.capacity, log));
   TRY(finer_make(&finer, frame, log));
   doubt.finer = &finer;
   doubt.least_weight = (float)(least_shown / (double)scale);
@@ -109,8 +124,7 @@ Status shadow_bound_make(ShadowBound *out, const Frame *frame, float scale, Log 
   for (uint32_t i = 0; i < light_count; i++) bound.lights[i] = fmin(doubt.lights[i] / count, 1);
   bound.expected = doubt.sum / count;
   double error = sqrt(fmax(doubt.sum_squared / count - bound.expected * bound.expected, 0) / count);
-  double factor = frame->request.plan.shadows == SHADOWS_MAP ? 2 : 1.35;
-  bound.bound = fmin(factor * (bound.expected + normal_99 * error), 1);
+  bound.bound = fmin(bound_factor(&bound, &frame->shadow_maps) * (bound.expected + normal_99 * error), 1);
   *out = bound;
   bound = (ShadowBound){0};
 

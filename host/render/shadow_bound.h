@@ -21,12 +21,13 @@ typedef struct ShadowBound {
 //   bound      f (expected + z s): s is the standard error of that mean over the probes, z = 2.576 (99 %); f = 2 for
 //              SHADOWS_MAP, as an edge may lie as badly as it can all along; 1.35 for PCF and PCSS, for what is off
 //              beyond the ramp: thin casters, bent surfaces; how much that is was found by trial on those pictures
-//              and on `frugal stability --only projective-aliasing`
+//              and on `frugal stability --only projective-aliasing`. Lights of both kinds: the mean, by `lights`
 //
-// `frame` is made, with maps in it (plan_uses_shadow_maps, not SHADOWS_HYBRID), and need not be rendered; `scale` is
+// `frame` is made, with maps in it (SHADOW_SET_LOOKED_UP), and need not be rendered; `scale` is
 // what its radiance is multiplied by for display by sRGB, INFINITY where that is not known. Where scale x what a light
 // brings is under the 2/255 that show on black, or under half of it beside what other lights bring, it is not missed. A
-// light left out of the maps is traced and has no error.
+// light that is traced, by its method or because it was left out of the maps, has no error; none is stated of one whose
+// method is NONE.
 //
 // How good it is: boxes, shards, wires of 1 cm and balls on a floor, under a sun, a spot or a point light 0 to 75
 // degrees off the normal, maps of 64 to 2048 texels, 480 pictures a method: see tests/test_shadow_bound.c.

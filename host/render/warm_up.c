@@ -115,6 +115,7 @@ void warm_up_scene(WarmUp *warm_up, const Scene *scene, const Plan *plan)
   pthread_mutex_lock(&warm_up->lock);
   device_scene_features(&warm_up->features, scene);
   warm_up->plan = *plan;
+  warm_up->plan.light_shadows = NULL;  // a frame without lights asks none
   warm_up->has_scene = true;
   pthread_cond_broadcast(&warm_up->changed);
   pthread_mutex_unlock(&warm_up->lock);

@@ -99,7 +99,7 @@ Status lab_shadow_bound(double *pixels, Lab *lab, const DeviceScene *scene, cons
   Frame frame = {0};
   ShadowBound bound = {0};
   const FrameRequest request = lab_request(lab, scene, camera, settings);
-  if (plan_uses_shadow_maps(&request.plan) && request.plan.shadows != SHADOWS_HYBRID) {
+  if (plan_uses_shadows(&request.plan, SHADOW_SET_LOOKED_UP)) {
     TRY(frame_make(&frame, lab->device, scene, &request, lab->log));
     TRY(shadow_bound_make(&bound, &frame, 1, lab->log));
   }

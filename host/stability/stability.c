@@ -52,8 +52,7 @@ const char *stability_verdict_name(Verdict verdict)
 
 const char *stability_method_name(const StabilityRow *row, ShadowMethod method)
 {
-  static const char *const names[] = {"none", "map", "pcf", "pcss", "hybrid", "rays", "area"};
-  return row->methods ? names[method] : "-";
+  return row->methods ? shadow_words[method] : "-";
 }
 
 bool stability_row_has(const StabilityRow *row, ShadowMethod method)
