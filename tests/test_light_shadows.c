@@ -97,9 +97,8 @@ static void adds_up(Scene *scene, const uint8_t *methods)
     for (int c = 0; c < 3; c++) {
       double is = (double)mixed.radiance[i][c];
       if (fabs(is - sum[i][c]) > 3e-6 * (1 + sum[i][c]))
-        fail_msg("methods %d%d%d%d%d%d%d, pixel (%u, %u): %g, lights alone %g", methods[0], methods[1],
-                 methods[2], methods[3], methods[4], methods[5], methods[6], i % WIDTH, i / WIDTH, is,
-                 sum[i][c]);
+        fail_msg("methods %d%d%d%d%d%d%d, pixel (%u, %u): %g, lights alone %g", methods[0], methods[1], methods[2],
+                 methods[3], methods[4], methods[5], methods[6], i % WIDTH, i / WIDTH, is, sum[i][c]);
     }
   picture_free(&mixed);
 }
@@ -187,7 +186,7 @@ static void lights_are_named_or_numbered(void **state)
   names_mean("#4=map,Lamp=none", "5500555");  // the last counts
   names_mean("Lamp, left=area,Sun=hybrid", "4655555");
   names_mean("#5=pcss", "5555355");
-  names_mean("#2=pcss", "5355555");         // a number, whatever a light is called
+  names_mean("#2=pcss", "5355555");  // a number, whatever a light is called
   names_mean("#7=pcss,Sun=auto", "7555553");
   refused("Lampe=pcf",
           "--light-shadows: no light is called 'Lampe': lights are: #1 'Sun', #2 'Lamp, left', #3 'Lamp', #4 'Lamp', ");

@@ -178,6 +178,39 @@ static void hybrid_shadows_are_chosen_where_they_gain(void **state)
   assert_int_equal(plan_make(&settings, &facts).shadow_methods, SHADOW_SET(SHADOWS_NONE));
 }
 
+// The reference of a light with a method of its own is as soft as that method, and no softer than the light's size.
+static void lights_have_methods_of_their_own(void **state)
+{
+  static const uint8_t methods[] = {SHADOWS_PCSS, SHADOWS_MAP, SHADOWS_NONE, SHADOWS_AREA, SHADOWS_HYBRID};
+  static const ShadowMethod exact[] = {SHADOWS_AREA, SHADOWS_RAYS, SHADOWS_RAYS, SHADOWS_AREA, SHADOWS_RAYS};
+  RenderSettings settings = settings_of(1);
+  SceneFacts facts = {.triangle_count = 1000, .pixel_count = 1000, .light_count = 5, .lights_by_kind = {5}};
+  settings.shadows = SHADOWS_MAP;
+  settings.light_shadows = methods;
+  for (int sized = 0; sized < 2; sized++) {
+    settings.shadow_options.light_angle_rad = sized ? 0.01 : 0;
+    RenderSettings reference = settings_exact(&settings);
+    Plan plan = plan_make(&settings, &facts), right = plan_make(&reference, &facts);
+    assert_true(plan_uses_shadow_maps(&plan) && !plan_uses_shadow_maps(&right) && right.shadow_rays);
+    assert_int_equal(plan_uses_shadows(&right, SHADOW_SET(SHADOWS_AREA)), sized);
+    for (uint32_t i = 0; i < 5; i++) {
+      assert_int_equal(plan_light_shadows(&plan, i, 0), methods[i]);
+      assert_int_equal(plan_light_shadows(&right, i, 0), sized ? exact[i] : SHADOWS_RAYS);
+    }
+  }
+  static const uint8_t automatic[] = {SHADOWS_NONE, SHADOWS_NONE, SHADOWS_AUTO, SHADOWS_NONE, SHADOWS_NONE};
+  settings.light_shadows = automatic;
+  settings.samples = 4096;
+  facts.triangle_count = 1000000;
+  Plan plan = plan_make(&settings, &facts);
+  assert_int_equal(plan_light_shadows(&plan, 2, 0), SHADOWS_HYBRID);
+  assert_int_equal(plan_light_shadows(&plan, 2, 1), SHADOWS_RAYS);
+  assert_int_equal(plan_light_shadows(&plan, 1, 0), SHADOWS_NONE);
+  static const uint8_t dark[5] = {SHADOWS_NONE};
+  settings.light_shadows = dark;
+  assert_false(plan_make(&settings, &facts).shadow_rays);
+}
+
 // What was measured, in processor ms by two for all lights of a scene at 1920 x 1080: the model is about that.
 static void shadow_costs_are_about_those_measured(void **state)
 {
@@ -225,6 +258,7 @@ int main(void)
       cmocka_unit_test(cubes_answer_for_rough_surfaces),
       cmocka_unit_test(deeper_bounces_have_a_method_of_their_own),
       cmocka_unit_test(hybrid_shadows_are_chosen_where_they_gain),
+      cmocka_unit_test(lights_have_methods_of_their_own),
       cmocka_unit_test(shadow_costs_are_about_those_measured),
       cmocka_unit_test(few_samples_get_no_noise),
       cmocka_unit_test(many_samples_get_the_right_picture),

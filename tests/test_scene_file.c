@@ -97,6 +97,13 @@ static void keys_are_options_and_the_command_line_wins(void **state)
   o = parsed("{'scene':'scene.glb','no-key-light':false,'exposure':'auto'}", "");
   assert_true(o.key_light && o.exposure.is_auto);
   render_options_free(&o);
+  json = "{'scene':'scene.glb','light-shadows':{'lamp, left':'pcf','#2':'none'}}";
+  o = parsed(json, "");
+  assert_string_equal(o.light_shadows, "lamp, left=pcf,#2=none");
+  render_options_free(&o);
+  o = parsed(json, "--light-shadows lamp=map");
+  assert_string_equal(o.light_shadows, "lamp=map");
+  render_options_free(&o);
   o = parsed("\xef\xbb\xbf{'scene':'./scene.glb'}", "");
   assert_int_equal(o.settings.width, 1280);
   render_options_free(&o);
@@ -128,6 +135,18 @@ static void mistakes_are_named(void **state)
   refused("{'scene':'scene.glb','lighting':'fong'}", STATUS_BAD_SCENE,
           "lighting fong: no such value: did you mean 'phong'?");
   refused("{'scene':'scene.glb','camera':''}", STATUS_BAD_SCENE, "camera : not valid: expected a name");
+  refused("{'scene':'scene.glb','light-shadows':{}}", STATUS_BAD_SCENE,
+          "light-shadows : not valid: expected NAME=METHOD");
+  refused("{'scene':'scene.glb','light-shadows':{'lamp':'soft'}}", STATUS_BAD_SCENE,
+          "light-shadows soft: no such value: did you mean ");
+  refused("{'scene':'scene.glb','light-shadows':{'lamp':1}}", STATUS_BAD_SCENE,
+          "light-shadows {\"lamp\":1}: not valid: expected a text or an object of texts by name");
+  refused("{'scene':'scene.glb','light-shadows':{'a=map':'pcf'}}", STATUS_BAD_SCENE, "an object of texts by name");
+  refused("{'scene':'scene.glb','light-shadows':{'':'pcf'}}", STATUS_BAD_SCENE, "an object of texts by name");
+  refused("{'scene':'scene.glb','light-shadows':{'lamp':'pcf,#2=map'}}", STATUS_BAD_SCENE,
+          "an object of texts by name");
+  refused("{'scene':'scene.glb','light-shadows':'lamp'}", STATUS_BAD_SCENE, "light-shadows lamp: not valid: expected");
+  refused("{'scene':'scene.glb','samples':{'a':'b'}}", STATUS_BAD_SCENE, "samples {\"a\":\"b\"}: not valid: expected");
 }
 
 static void files_that_are_none(void **state)
@@ -237,6 +256,17 @@ static void the_program_renders_one(void **state)
   bool is_named = memmem(bytes, size, "frugal render scene.json", 24) != NULL;
   free(bytes);
   assert_true(is_named);
+  path = saved("{'scene':'scene.glb','size':'64x48','light-shadows':{'lamp':'none'}}");
+  CLI_EXPECT(0, "", "render", path, "-o", cli_path("light.exr"), "--stats", cli_path("light.json"));
+  json_t *stats = json_load_file(cli_path("light.json"), 0, NULL),
+         *light = json_array_get(json_object_get(stats, "lights"), 0);
+  assert_string_equal(json_string_value(json_object_get(light, "name")), "lamp");
+  assert_string_equal(json_string_value(json_object_get(light, "shadows")), "none");
+  assert_non_null(strstr(json_string_value(json_object_get(stats, "settings")), " --light-shadows lamp=none "));
+  json_decref(stats);
+  CLI_EXPECT(2, "--light-shadows: no light is called 'sun': lights are: #1 'lamp'", "render", cli_scene(), "-o",
+             cli_path("out/no.png"), "--light-shadows", "sun=pcf");
+  cli_old_check();
   path = saved(json);
   CLI_EXPECT(0, "", "render", path, "--list-cameras");
   CLI_EXPECT(0, "", "info", path);
@@ -290,6 +320,7 @@ static uint32_t alternative_check(const Option *option, const json_t *allowed)
     bool of_numbers = json_object_get(json_object_get(allowed, "items"), "type") != NULL;
     return of_numbers ? OPTION_JSON_NUMBERS : OPTION_JSON_TEXTS;
   }
+  if (!strcmp(type, "object")) return OPTION_JSON_PAIRS;
   if (!strcmp(type, "boolean")) {
     must_take(option->name, json_true(), true);
     must_take(option->name, json_false(), true);
@@ -311,8 +342,9 @@ static uint32_t alternative_check(const Option *option, const json_t *allowed)
 // A value of each kind that is not among `kinds`.
 static void others_check(const Option *option)
 {
-  json_t *values[] = {json_true(), json_integer(1), json_string("x"), json_pack("[i]", 1), json_pack("[s]", "x")};
-  for (uint32_t i = 0; i < 5; i++) {
+  json_t *values[] = {json_true(),         json_integer(1),       json_string("x"),
+                      json_pack("[i]", 1), json_pack("[s]", "x"), json_pack("{s:s}", "x", "x")};
+  for (uint32_t i = 0; i < 6; i++) {
     if (!(option->json >> i & 1)) must_take(option->name, values[i], false);
     json_decref(values[i]);
   }

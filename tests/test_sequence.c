@@ -90,7 +90,8 @@ static Kept stats_read(const char *path)
 }
 
 typedef struct Methods {
-  const char *shadows, *reflections, *deep_reflections;
+  const char *shadows;  // of all lights, or NAME=METHOD,... of each
+  const char *reflections, *deep_reflections;
 } Methods;
 
 // Renders frames 6 and 12 of 24 together, and the second alone, and fails unless that is the same bytes both times, and
@@ -100,9 +101,10 @@ static Kept frames_render(const char *scene, const char *animation, Methods meth
   static const char *const names[] = {"s06.png", "s12.png", "alone.png"};
   char *bytes[3];
   size_t sizes[3];
-#define RENDER(...)                                                                                         \
-  CLI_EXPECT(0, "", "render", scene, "--animation", animation, "-s", "96x64", "--shadows", methods.shadows, \
-             "--reflections", methods.reflections, "--deep-reflections", methods.deep_reflections,          \
+  const char *shadows = strchr(methods.shadows, '=') ? "--light-shadows" : "--shadows";
+#define RENDER(...)                                                                                     \
+  CLI_EXPECT(0, "", "render", scene, "--animation", animation, "-s", "96x64", shadows, methods.shadows, \
+             "--reflections", methods.reflections, "--deep-reflections", methods.deep_reflections,      \
              "--shadow-map-size", "256", "--cube-size", "64", "--max-roughness", "0", "-q", __VA_ARGS__)
   RENDER("-o", cli_path("s{frame:02}.png"), "--frames", "6-12x6", "--stats", cli_path("stats{frame:02}.json"));
   RENDER("-o", cli_path("alone.png"), "--frames", "12");
@@ -144,6 +146,19 @@ static void a_moving_lamp_redraws_its_own_maps_alone(void **state)
   kept = frames_render(scene, "lamp", (Methods){"hybrid", "rays", "rays"});
   assert_int_equal(kept.still_views, 6);
   assert_int_equal(kept.moving_views, 0);
+}
+
+static void lamps_keep_maps_by_their_own_methods(void **state)
+{
+  const char *scene = stage_save();
+  Kept kept = frames_render(scene, "lamp", (Methods){"still=pcf,moving=hybrid", "cube", "environment"});
+  assert_int_equal(kept.still_views, 6);
+  assert_int_equal(kept.moving_views, 0);
+  assert_int_equal(kept.faces, 0);
+  kept = frames_render(scene, "box", (Methods){"still=hybrid,moving=pcf", "cube", "environment"});
+  assert_int_equal(kept.still_views, 0);
+  assert_in_range(kept.moving_views, 1, 5);
+  assert_int_equal(kept.faces, 0);  // maps blur the edges of shadows
 }
 
 // The box is off to one side of lamps and mirror.
@@ -245,6 +260,7 @@ int main(void)
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_moving_camera_keeps_all_maps),
       cmocka_unit_test(a_moving_lamp_redraws_its_own_maps_alone),
+      cmocka_unit_test(lamps_keep_maps_by_their_own_methods),
       cmocka_unit_test(a_moving_box_redraws_the_faces_that_see_it),
       cmocka_unit_test(what_casts_no_shadow_leaves_maps_as_they_are),
       cmocka_unit_test(what_is_out_of_sight_moves_its_shadow),

@@ -163,6 +163,10 @@ static void completion_offers_what_the_scene_has(void **state)
   char *reply = completions(words);
   assert_string_equal(reply, "0\n1\nfit\n");
   free(reply);
+  snprintf(words, sizeof words, "render '%s' --light-shadows ''", cli_scene());
+  reply = completions(words);
+  assert_string_equal(reply, "#1=\n");
+  free(reply);
   reply = completions("render a.glb --device ''");
   assert_int_equal(strncmp(reply, "cpu\ngpu\n0\n", 10), 0);
   free(reply);

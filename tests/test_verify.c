@@ -274,6 +274,27 @@ static void a_soft_reference_is_averaged(void **state)
   scene_free(&scene);
 }
 
+// A light that is asked to be hard is measured as such, whatever size others are given.
+static void a_light_is_measured_as_its_method_has_it(void **state)
+{
+  Scene scene = scene_boxes();
+  scene_add_light(&scene, light_point(vec3(1, 3, 1), 20));
+  RenderSettings settings = settings_of(SHADOWS_NONE);
+  uint8_t methods[4] = {SHADOWS_RAYS, SHADOWS_RAYS, SHADOWS_RAYS, SHADOWS_RAYS};
+  assert_true(scene.light_count < 4);
+  settings.light_shadows = methods;
+  settings.shadow_options.light_angle_rad = 0.05;
+  VerifyResult hard = verified(&scene, &settings, (VerifyChoice){.pixels = 2000}, 0);
+  assert_true(hard.reference_samples == 2 && hard.error.off.share <= 0 && hard.has_shadows);
+  methods[scene.light_count - 1] = SHADOWS_NONE;
+  VerifyResult open = verified(&scene, &settings, (VerifyChoice){.pixels = 2000}, 0);
+  assert_true(open.shadows.light.share > 0.01 && open.shadows.dark.share <= 0);
+  methods[0] = SHADOWS_AREA;
+  VerifyResult soft = verified(&scene, &settings, (VerifyChoice){.pixels = 500}, 0);
+  assert_int_equal(soft.reference_samples, VERIFY_SAMPLES);
+  scene_free(&scene);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -286,6 +307,7 @@ int main(void)
       cmocka_unit_test(what_is_measured_is_what_a_comparison_counts),
       cmocka_unit_test(shadows_left_out_are_all_too_light),
       cmocka_unit_test(a_soft_reference_is_averaged),
+      cmocka_unit_test(a_light_is_measured_as_its_method_has_it),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }

@@ -76,7 +76,7 @@ static bool value_add(FILE *out, const Option *option, json_t *value)
 
 static Status kind_wrong(const SceneFile *file, const Option *option, const json_t *value, Log *log)
 {
-  static const char *const kinds[] = {"true or false", "a number",          "a text",
+  static const char *const kinds[] = {"true or false",     "a number",        "a text",
                                       "a list of numbers", "a list of texts", "an object of texts by name"};
   char expected[128] = "";
   for (uint32_t left = option->json, i = 0; left; left &= ~(1u << i), i++) {

@@ -50,7 +50,9 @@ Status option_read_light_shadows(void *field, const Option *option, const char *
   const char *equals = strchr(rest, '=');
   if (!equals || equals == rest || !equals[1]) return option_fail(log, option, text, "NAME=METHOD,NAME=METHOD,...");
   snprintf(word, sizeof word, "%.*s", (int)strcspn(equals + 1, ","), equals + 1);
-  Status status = option_read_word(&index, option, word, log);
+  Option of_method = *option;
+  of_method.words = shadow_words;
+  Status status = option_read_word(&index, &of_method, word, log);
   return status ? status : option_fail(log, option, text, "a name and a method behind each comma");
 }
 

@@ -227,12 +227,12 @@ static const Option render_options[] = {
      .json = OPTION_JSON_TEXT,
      .help = "exact: the most accurate method where none is named below;\nauto: that, unless samples are too few for "
              "it (auto)"},
-    {"shadows", 0, "METHOD", option_read_word, FIELD(settings.shadows),
-     .words = shadow_words, .json = OPTION_JSON_TEXT,
+    {"shadows", 0, "METHOD", option_read_word, FIELD(settings.shadows), .words = shadow_words, .json = OPTION_JSON_TEXT,
      .help = "none, map, pcf, pcss, hybrid, rays, area, or auto: hybrid\nor rays, the quicker for each light (rays)"},
-    {"light-shadows", 0, "LIST", option_read_light_shadows, FIELD(light_shadows), .words = shadow_words,
+    {"light-shadows", 0, "LIST", option_read_light_shadows, FIELD(light_shadows),
      .json = OPTION_JSON_TEXT | OPTION_JSON_PAIRS,
-     .help = "NAME=METHOD,...: methods of single lights, by the names and\nnumbers (#2) of frugal info (all as --shadows)"},
+     .help = "NAME=METHOD,...: of single lights, by names and numbers (#2)\nof frugal info: none, map, pcf, pcss, "
+             "hybrid, rays, area or\nauto (as --shadows)"},
     {"shadow-map-size", 0, "N", read_map_size, FIELD(settings.shadow_options.map_size_px), .low = 16, .high = 8192,
      .json = OPTION_JSON_NUMBER | OPTION_JSON_TEXT,
      .help = "texels a side of shadow maps, or auto: about a pixel each\n(auto)"},

@@ -58,9 +58,9 @@ typedef struct RenderOptions {
   Background background;
   FrameRange frames;
   float fps;
-  const char *animation;  // index or name; NULL: the first
+  const char *animation;      // index or name; NULL: the first
   const char *light_shadows;  // NAME=METHOD,...; NULL: all lights as settings.shadows
-  const char *camera;     // index, name, "fit"; NULL: the first camera, else fit
+  const char *camera;         // index, name, "fit"; NULL: the first camera, else fit
   EnvironmentSource environment;
   float environment_intensity;
   double environment_rotation_rad;

@@ -139,7 +139,8 @@ static json_t *lights_json(const Plan *plan, const DeviceScene *scene)
 {
   json_t *out = json_array();
   for (uint32_t i = 0; i < scene->light_count; i++) {
-    const char *name = scene->source->lights[i].name, *method = shadow_words[plan_light_shadows(plan, i, scene->light_infos[i].kind)];
+    const char *name = scene->source->lights[i].name,
+               *method = shadow_words[plan_light_shadows(plan, i, scene->light_infos[i].kind)];
     json_array_append_new(out, json_pack("{s:o, s:s}", "name", app_json_text(name ? name : ""), "shadows", method));
   }
   return out;
@@ -279,8 +280,7 @@ json_t *record_stats(const RecordSources *sources)
   if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_HYBRID) | SHADOW_SET(SHADOWS_RAYS)))
     failed |= json_object_set_new(json_object_get(stats, "plan"), "shadow_ms", shadow_costs_json(plan, scene)) != 0;
   if (plan_uses_shadow_maps(plan))
-    failed |=
-        json_object_set_new(stats, "shadow_maps", shadow_maps_json(sources->frame, sources->shadow_bound)) != 0;
+    failed |= json_object_set_new(stats, "shadow_maps", shadow_maps_json(sources->frame, sources->shadow_bound)) != 0;
   if (plan->reflections == REFLECTIONS_PLANAR)
     failed |=
         json_object_set_new(stats, "flat_mirrors", flat_mirrors_json(sources->frame, sources->reflection_bound)) != 0;

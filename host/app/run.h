@@ -18,8 +18,8 @@ typedef struct Run {
   ImageHelper *images;
   Scene scene;
   uint8_t *light_shadows;  // [scene.light_count], where options.settings.light_shadows points; NULL: none
-  GltfMotion *motion;  // NULL: the pose at rest alone is rendered
-  Camera camera;       // in the pose at rest, or that sees all
+  GltfMotion *motion;      // NULL: the pose at rest alone is rendered
+  Camera camera;           // in the pose at rest, or that sees all
   WarmUp *warm_up;
   Device *device;
   DeviceScene device_scene;

@@ -9,7 +9,8 @@
 
 static bool is_random(const Plan *plan)
 {
-  return plan->lobes || plan_uses_shadows(plan, SHADOW_SET(SHADOWS_AREA)) || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
+  return plan->lobes || plan_uses_shadows(plan, SHADOW_SET(SHADOWS_AREA)) ||
+         plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
 }
 
 static bool same_but_shadows(const Plan *a, const Plan *b)

@@ -6,8 +6,8 @@
 
 #include "passes/scene_args.h"
 
-Status shadow_doubt_make(ShadowDoubt *out, Device *device, const ShadowMaps *maps, bool has_disc,
-                         uint32_t capacity, Log *log)
+Status shadow_doubt_make(ShadowDoubt *out, Device *device, const ShadowMaps *maps, bool has_disc, uint32_t capacity,
+                         Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;

@@ -26,8 +26,7 @@ const char *reflections_name(ReflectionMethod method)
 static ReflectionMethod reflections_choose(ReflectionMethod asked, uint32_t shadow_methods, bool lobes,
                                            EnvironmentLightMethod environment_light)
 {
-  bool by_chance =
-      lobes || shadow_methods & SHADOW_SET(SHADOWS_AREA) || environment_light == ENVIRONMENT_LIGHT_SH_AO;
+  bool by_chance = lobes || shadow_methods & SHADOW_SET(SHADOWS_AREA) || environment_light == ENVIRONMENT_LIGHT_SH_AO;
   return asked == REFLECTIONS_HYBRID && by_chance ? REFLECTIONS_RAYS : asked;
 }
 

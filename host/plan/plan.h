@@ -150,7 +150,7 @@ typedef struct Plan {
   const uint8_t *light_shadows;  // as in the settings
   uint32_t shadow_methods;       // set of those that lights have; one taken away is replaced (shadow_method_within)
   ShadowOptions shadow_options;
-  uint32_t hybrid_kinds;  // bit k: for lights of kind k AUTO means HYBRID; for others RAYS
+  uint32_t hybrid_kinds;                           // bit k: for lights of kind k AUTO means HYBRID; for others RAYS
   ShadowCost shadow_costs[SHADOW_LIGHT_KINDS];     // of one light of the kind
   bool reflected_rays;                             // something that reflects is there and reflections are asked for
   ReflectionMethod reflections, deep_reflections;  // both NONE without reflected rays; never LIKE_FIRST

@@ -105,8 +105,8 @@ Status cubes_draw(Frame *frame, Log *log)
   const uint32_t objects = frame->scene->object_count;
   CubeReflect maps = frame->cube_reflect;
   bool by_chance = request.plan.environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
-                   request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO || plan_uses_shadows(&request.plan, SHADOW_SET(SHADOWS_AREA)) ||
-                   plan_samples_lobes(&request.plan);
+                   request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO ||
+                   plan_uses_shadows(&request.plan, SHADOW_SET(SHADOWS_AREA)) || plan_samples_lobes(&request.plan);
   const bool marched = cubes_are_marched(&request.plan), lists = plan_uses_lists(&request.plan);
   const bool doubted = plan_uses_reflections(&request.plan, REFLECTIONS_HYBRID);
   const uint32_t samples = by_chance ? smaller(request.samples, CUBE_SAMPLES_MOST) : 1;

@@ -52,6 +52,12 @@ _frugal_value()
       [[ $scene ]] && cameras=$("$program" render "$scene" --list-cameras 2>/dev/null | cut -f 1)
       _frugal_words "$cameras" "$2"
       ;;
+    --light-shadows)
+      local lights='' scene
+      scene=$(_frugal_scene)
+      [[ $scene ]] && lights=$("$program" info "$scene" 2>/dev/null | sed -n "s/^\(lights\)\{0,1\}  *\(#[0-9]*\) '.*/\2=/p")
+      _frugal_words "$lights" "$2"
+      ;;
     -s | --size | --crop | -n | --samples | --quality | --compression | --snapshot-from) ;;
     --environment-rotation | --environment-intensity | --ambient) ;;
     --max-depth | --max-roughness | --threads | --seed | --max-memory | --max-image-pixels) ;;
