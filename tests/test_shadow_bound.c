@@ -213,6 +213,40 @@ static void edges_that_the_camera_does_not_see_do_not_count(void **state)
   scene_free(&scene);
 }
 
+// Maps say what lights are wrong by that have them; what others bring is there all the same, and is right.
+static void each_light_states_the_error_of_its_own_method(void **state)
+{
+  static const uint8_t methods[][3] = {{SHADOWS_MAP, SHADOWS_RAYS, SHADOWS_PCF},
+                                       {SHADOWS_HYBRID, SHADOWS_PCF, SHADOWS_RAYS}};
+  random_state = 2;
+  Scene scene = scene_random(BOXES);
+  Camera camera = camera_perspective(vec3(1, 5, 6), vec3(0, 0, 0), 0.8);
+  for (int kind = 0; kind < 3; kind++) light_add(&scene, kind, 40);
+  PictureRequest request = picture_request(WIDTH, HEIGHT, 1);
+  request.settings.shadow_options.map_size_px = 256;
+  for (int i = 0; i < 2; i++) {
+    request.settings.light_shadows = methods[i];
+    Case c = case_measure(&scene, &camera, &request.settings);
+    assert_true(c.measured > 0.001 && c.measured <= c.bound && c.bound < 4 * c.measured);
+  }
+  scene_free(&scene);
+}
+
+// As many as a wave of a CPU cannot hold of all probes at once.
+static void all_samples_of_a_probe_count(void **state)
+{
+  random_state = 3;
+  Scene scene = scene_random(BOXES);
+  Camera camera = camera_perspective(vec3(1, 5, 6), vec3(0, 0, 0), 0.8);
+  light_add(&scene, 0, 40);
+  PictureRequest request = picture_request(WIDTH, HEIGHT + 20, 16);
+  request.settings.shadows = SHADOWS_MAP;
+  request.settings.shadow_options.map_size_px = 512;
+  Case c = case_measure(&scene, &camera, &request.settings);
+  assert_true(c.measured > 0.001 && c.measured <= c.bound && c.bound < 5 * c.measured);
+  scene_free(&scene);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -224,6 +258,8 @@ int main(void)
       cmocka_unit_test(ramps_of_several_lights_are_wrong_once),
       cmocka_unit_test(an_edge_along_the_texels_is_covered),
       cmocka_unit_test(edges_that_the_camera_does_not_see_do_not_count),
+      cmocka_unit_test(each_light_states_the_error_of_its_own_method),
+      cmocka_unit_test(all_samples_of_a_probe_count),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }
