@@ -47,43 +47,40 @@ static PictureRequest request_of(const uint8_t *methods)
   return request;
 }
 
-static Picture render(const Scene *scene, const PictureRequest *request)
-{
-  Camera camera = camera_perspective(vec3(1, 4, 8), vec3(0, 0.5, 0), 0.75);
-  return picture_render(scene, &camera, request);
-}
-
 static bool is_lit(const uint8_t *methods, uint32_t light) { return methods[light] != SHADOWS_AUTO; }
 
-// The picture without lights that have no method (here AUTO stands for that).
-static Picture render_mixed(Scene *scene, const uint8_t *methods)
+// A picture with light by those lights alone that `methods` gives one (here AUTO stands for none).
+static Picture render(Scene *scene, const uint8_t *methods, const PictureRequest *request)
 {
   float intensities[LIGHTS];
-  PictureRequest request = request_of(methods);
+  Camera camera = camera_perspective(vec3(1, 4, 8), vec3(0, 0.5, 0), 0.75);
   for (uint32_t i = 0; i < LIGHTS; i++) {
     intensities[i] = scene->lights[i].intensity;
     if (!is_lit(methods, i)) scene->lights[i].intensity = 0;
   }
-  Picture picture = render(scene, &request);
+  Picture picture = picture_render(scene, &camera, request);
   for (uint32_t i = 0; i < LIGHTS; i++) scene->lights[i].intensity = intensities[i];
   return picture;
+}
+
+static Picture render_mixed(Scene *scene, const uint8_t *methods)
+{
+  const PictureRequest request = request_of(methods);
+  return render(scene, methods, &request);
 }
 
 // Adds what one light brings by one method, as a picture of it alone has it.
 static void light_add(double (*sum)[3], Scene *scene, const uint8_t *methods, uint32_t light)
 {
-  float intensities[LIGHTS];
+  uint8_t alone[LIGHTS];
   PictureRequest request = request_of(NULL);
   request.settings.shadows = (ShadowMethod)methods[light];
-  for (uint32_t i = 0; i < LIGHTS; i++) {
-    intensities[i] = scene->lights[i].intensity;
-    if (i != light) scene->lights[i].intensity = 0;
-  }
-  Picture picture = render(scene, &request);
+  memset(alone, SHADOWS_AUTO, sizeof alone);
+  alone[light] = methods[light];
+  Picture picture = render(scene, alone, &request);
   for (uint32_t i = 0; i < PIXELS; i++)
     for (int c = 0; c < 3; c++) sum[i][c] += (double)picture.radiance[i][c];
   picture_free(&picture);
-  for (uint32_t i = 0; i < LIGHTS; i++) scene->lights[i].intensity = intensities[i];
 }
 
 static void adds_up(Scene *scene, const uint8_t *methods)
@@ -140,6 +137,7 @@ static Scene scene_named(void)
   Scene scene = scene_empty();
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
     scene_add_light(&scene, light_point(vec3(0, 1, 0), 1));
+    free(scene.lights[i].name);
     scene.lights[i].name = strdup(names[i]);
   }
   return scene;
