@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "support/effort.h"
 #include "support/gltf_build.h"
 #include "support/test_device.h"
 
@@ -45,7 +46,8 @@ void picture_assert_ok(Status status)
 Device *picture_device(uint32_t lanes)
 {
   int at = 0;
-  if (test_on_gpu()) lanes = traits_by_lanes[0].lanes;
+  // A slow build looks at the host, for which widths of 8 and 16 are alike.
+  if (test_on_gpu() || (effort_is_quick() && lanes == 8)) lanes = traits_by_lanes[0].lanes;
   while (at < DEVICES && traits_by_lanes[at].lanes != lanes) at++;
   assert_int_not_equal(at, DEVICES);
   if (devices[at]) return devices[at];
