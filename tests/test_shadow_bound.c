@@ -196,6 +196,38 @@ static void an_edge_along_the_texels_is_covered(void **state)
   assert_true(measured > 0.002 && expected > 0.7 * measured && expected < 1.4 * measured);
 }
 
+// A sheet just over the floor, less than the bias even of the finer map: the map leaves the floor lit.
+static void what_touches_the_floor_is_covered(void **state)
+{
+  Scene scene = scene_empty();
+  int white = scene_add_material(&scene, material_plain(vec3(0.8, 0.8, 0.8), 0, 1));
+  scene_add_quad(&scene, white, vec3(-4, 0, 4), vec3(8, 0, 0), vec3(0, 0, -8));
+  scene_add_quad(&scene, white, vec3(0.1, 0.003, 4), vec3(3.9, 0, 0), vec3(0, 0, -8));
+  scene_add_light(&scene, light_directional(vec3(-1, -1, 0), 3));
+  Camera camera = camera_orthographic(vec3(0, 0.0025, 0), vec3(0, 0, 0), 1);
+  PictureRequest request = picture_request(WIDTH, HEIGHT, 1);
+  request.settings.shadows = SHADOWS_MAP;
+  request.settings.shadow_options.map_size_px = 64;
+  Case c = case_measure(&scene, &camera, &request.settings);
+  assert_true(c.measured > 0.2 && c.expected > 0.9 * c.measured && c.expected < 1.2 * c.measured);
+  scene_free(&scene);
+}
+
+// There is no finer one.
+static void a_large_map_is_asked_alone(void **state)
+{
+  random_state = 7;
+  Scene scene = scene_random(BOXES);
+  scene_add_light(&scene, light_spot(vec3(1, 6, 2), vec3(0, 0, 0), 150, 0.7, 0.9));
+  PictureRequest request = picture_request(WIDTH, HEIGHT, 1);
+  request.settings.shadows = SHADOWS_MAP;
+  request.settings.shadow_options.map_size_px = 1024;
+  Camera camera = camera_perspective(vec3(2, 4, 4), vec3(0, 0.3, 0), 0.8);
+  Case c = case_measure(&scene, &camera, &request.settings);
+  assert_true(c.measured > 0 && c.bound >= c.measured && c.bound < 8 * c.measured);
+  scene_free(&scene);
+}
+
 // Edges behind the camera are in the map, and nobody sees them.
 static void edges_that_the_camera_does_not_see_do_not_count(void **state)
 {
@@ -257,6 +289,8 @@ int main(void)
       cmocka_unit_test(lights_are_wrong_once),
       cmocka_unit_test(ramps_of_several_lights_are_wrong_once),
       cmocka_unit_test(an_edge_along_the_texels_is_covered),
+      cmocka_unit_test(what_touches_the_floor_is_covered),
+      cmocka_unit_test(a_large_map_is_asked_alone),
       cmocka_unit_test(edges_that_the_camera_does_not_see_do_not_count),
       cmocka_unit_test(each_light_states_the_error_of_its_own_method),
       cmocka_unit_test(all_samples_of_a_probe_count),

@@ -63,14 +63,15 @@ static void probes_sum(double *sum, double *sum_squared, const ShadowDoubt *doub
   }
 }
 
-static Status maps_doubt(const ShadowDoubt *doubt, const ShadowMaps *maps, Device *device, const DeviceScene *scene,
-                         uint32_t light, const RayStream *rays, uint32_t segment, uint32_t count, Log *log)
+static Status rays_doubt(const ShadowDoubt *doubt, Device *device, const DeviceScene *scene, uint32_t light,
+                         const RayStream *rays, uint32_t segment, uint32_t count, Log *log)
 {
-  const uint32_t showing = doubt->showing;
-  if (!maps || !shadow_maps_have(maps, light)) return STATUS_OK;
+  const uint32_t showing = doubt->showing, has_finer = doubt->finer && shadow_maps_have(doubt->finer, light);
+  const ShadowMaps *maps = doubt->maps, *finer = has_finer ? doubt->finer : maps;
   return device_launch(
       device, &doubt->kernel, work_items(device, count), count, "doubt shadow maps",
-      ARGS(ARG_BUFFER(maps->infos), ARG_BUFFER(maps->views), ARG_BUFFER(maps->maps), ARG(light), ARG_BUFFER(rays->rays),
+      ARGS(ARG_BUFFER(maps->infos), ARG_BUFFER(maps->views), ARG_BUFFER(maps->maps), ARG_BUFFER(finer->infos),
+           ARG_BUFFER(finer->views), ARG_BUFFER(finer->maps), ARG(has_finer), ARG(light), ARG_BUFFER(rays->rays),
            ARG(rays->capacity), ARG(count), ARG(segment), ARG_BUFFER(rays->slots), ARG_BUFFER(scene->corners),
            ARG_BUFFER(scene->positions), ARG(doubt->least_weight), ARG(doubt->scale), ARG(showing),
            ARG_BUFFER(doubt->shown), ARG_BUFFER(doubt->by_slot)),
@@ -82,10 +83,9 @@ Status shadow_doubt_add(ShadowDoubt *doubt, Device *device, const DeviceScene *s
 {
   Status status = STATUS_OK;
   if (!shadow_maps_have(doubt->maps, light) || count == 0) return STATUS_OK;
-  if (doubt->showing) return maps_doubt(doubt, doubt->maps, device, scene, light, rays, segment, count, log);
+  if (doubt->showing) return rays_doubt(doubt, device, scene, light, rays, segment, count, log);
   TRY(buffer_zero(device, &doubt->by_slot, log));
-  TRY(maps_doubt(doubt, doubt->maps, device, scene, light, rays, segment, count, log));
-  TRY(maps_doubt(doubt, doubt->finer, device, scene, light, rays, segment, count, log));
+  TRY(rays_doubt(doubt, device, scene, light, rays, segment, count, log));
   TRY(buffer_read(device, &doubt->by_slot, doubt->slots, doubt->capacity * sizeof(float), log));
   for (uint32_t i = 0; i < doubt->capacity; i++) doubt->wave[i] += doubt->slots[i] * fmaxf(1 - doubt->wave[i], 0);
   double unused = 0;

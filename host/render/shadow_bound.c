@@ -63,21 +63,30 @@ static FrameRequest probe_request(const Frame *frame, Block block, uint32_t samp
   return request;
 }
 
-// Finer maps of the same lights, for PCSS: a light of some size makes a wide, visible half-shadow even of what is much
-// thinner than a texel.
+// Size of finer maps for all lights of a method, MAP or PCSS; 0: none. Nearest texels of large maps are told well enough
+// by the maps themselves; for PCSS a light of some size makes a wide, visible half-shadow even of what is much thinner
+// than a texel.
+static uint32_t finer_px(const ShadowMaps *maps, ShadowMethod method)
+{
+  const uint32_t looked_up = method == SHADOWS_PCSS ? SHADOW_BY_PCSS : SHADOW_BY_TEXEL;
+  uint32_t size = 0;
+  for (uint32_t i = 0; i < maps->light_count; i++)
+    if (maps->lights[i].method == looked_up && maps->lights[i].size_px > size) size = maps->lights[i].size_px;
+  uint32_t finer = size * 4 < FINER_PX ? size * 4 : size * 2 < FINER_PX ? FINER_PX : size * 2;
+  bool wanted = size > 0 && (method == SHADOWS_PCSS || size < FINER_PX);
+  return wanted && finer <= SHADOW_MAP_MOST_PX ? finer : 0;
+}
+
+// Finer maps of the same lights.
 static Status finer_make(ShadowMaps *out, const Frame *frame, Log *log)
 {
   Plan plan = frame->request.plan;
-  uint32_t largest = 0;
   Log quiet = {0};
-  for (uint32_t i = 0; i < frame->shadow_maps.light_count; i++) {
-    const ShadowInfo *info = &frame->shadow_maps.lights[i];
-    if (info->method == SHADOW_BY_PCSS && info->size_px > largest) largest = info->size_px;
-  }
-  uint32_t size = largest * 4 < FINER_PX ? largest * 4 : largest * 2 < FINER_PX ? FINER_PX : largest * 2;
-  if (!plan_uses_shadows(&plan, SHADOW_SET(SHADOWS_PCSS)) || size > SHADOW_MAP_MOST_PX) return STATUS_OK;
-  plan.shadow_methods = SHADOW_SET(SHADOWS_PCSS) | SHADOW_SET(SHADOWS_RAYS);
-  plan.shadow_options.map_size_px = size;
+  uint32_t by_texel = finer_px(&frame->shadow_maps, SHADOWS_MAP), by_disc = finer_px(&frame->shadow_maps, SHADOWS_PCSS);
+  if (!by_texel && !by_disc) return STATUS_OK;
+  plan.shadow_methods = SHADOW_SET(SHADOWS_RAYS) | (by_texel ? SHADOW_SET(SHADOWS_MAP) : 0) |
+                        (by_disc ? SHADOW_SET(SHADOWS_PCSS) : 0);
+  plan.shadow_options.map_size_px = by_texel > by_disc ? by_texel : by_disc;
   Status status = shadow_maps_make(out, frame->device, frame->scene, &frame->raster_scene, &plan, &frame->camera.info,
                                    NULL, &quiet);
   return status ? log_fail(log, status, "%s", quiet.error) : STATUS_OK;
