@@ -66,7 +66,9 @@ typedef struct Methods {
   ReflectionMethod reflections;
 } Methods;
 
-static Float4 *picture_of(const Room *room, const DeviceScene *scene, Device *device, const Methods *methods)
+// The sums of a frame, which stays: `before` is the frame before, or NULL.
+static Float4 *frame_of(Frame *frame, Frame *before, const Room *room, const DeviceScene *scene, Device *device,
+                        const Methods *methods)
 {
   PictureRequest request = picture_request(WIDTH, HEIGHT, 2);
   RenderSettings *settings = &request.settings;
@@ -82,12 +84,19 @@ static Float4 *picture_of(const Room *room, const DeviceScene *scene, Device *de
   const FrameRequest frame_request = {.camera = &room->camera,
                                       .area = {WIDTH, HEIGHT, 0, 0, WIDTH, HEIGHT},
                                       .samples = 2,
+                                      .before = before,
                                       .plan = plan_make(settings, &facts)};
-  Frame frame = {0};
-  picture_assert_ok(frame_make(&frame, device, scene, &frame_request, &picture_log));
-  picture_assert_ok(frame_render(&frame, &picture_log));
+  picture_assert_ok(frame_make(frame, device, scene, &frame_request, &picture_log));
+  picture_assert_ok(frame_render(frame, &picture_log));
   Float4 *sums = oracle_array(WIDTH * HEIGHT, sizeof *sums);
-  picture_assert_ok(buffer_read(device, &frame.film.sums, sums, WIDTH * HEIGHT * sizeof *sums, &picture_log));
+  picture_assert_ok(buffer_read(device, &frame->film.sums, sums, WIDTH * HEIGHT * sizeof *sums, &picture_log));
+  return sums;
+}
+
+static Float4 *picture_of(const Room *room, const DeviceScene *scene, Device *device, const Methods *methods)
+{
+  Frame frame = {0};
+  Float4 *sums = frame_of(&frame, NULL, room, scene, device, methods);
   frame_free(&frame);
   return sums;
 }
@@ -153,10 +162,69 @@ static void pictures_do_not_tell_what_was_before(void **state)
   scene_free(&room.scene);
 }
 
+// Views of the lamp's hybrid maps that stayed, but for those in which nothing is drawn.
+static uint32_t drawn_views_kept(const Frame *frame)
+{
+  const SureMaps *maps = &frame->shadow_hybrid.maps;
+  uint32_t kept = 0;
+  for (uint32_t view = 0; view < maps->lights[0].view_count; view++)
+    kept += maps->stayed[0][view] && maps->view_blocks[0][view].count > 0;
+  assert_in_range(kept, 0, sure_maps_kept(maps, 0));
+  return kept;
+}
+
+// Boxes on the left move, one of them out of the tree and back, which then is built anew.
+static void boxes_move(Room *room, int step)
+{
+  for (int i = 0; i < 3; i++)
+    room->scene.objects[room->boxes[i]].world_from_object =
+        mat4_from_trs(vec3(i == 1 && step == 2 ? INFINITY : 0, 0.03 * step, 0), (double[4]){0, 0, 0, 1}, vec3(1, 1, 1));
+}
+
+// Hybrid maps name triangles by where they lie in the tree: while it is refitted, views that see nothing that moved
+// stay.
+static void hybrid_maps_stay_while_the_tree_is_refitted(void **state)
+{
+  static const Methods methods = {PRIMARY_RASTER, SHADOWS_HYBRID, REFLECTIONS_NONE};
+  enum { STEPS = 6 };
+  Room room;
+  Device *device = picture_device(0);
+  DeviceScene moved;
+  Frame before = {0};
+  room_make(&room);
+  room.scene.lights[0].position_world = vec3(0.6, 1.2, 2);
+  picture_assert_ok(device_scene_make_movable(&moved, device, &room.scene, NULL, &picture_log));
+  for (int step = 0; step < STEPS; step++) {
+    Frame frame = {0};
+    DeviceScene fresh;
+    boxes_move(&room, step);
+    if (step) picture_assert_ok(device_scene_move(&moved, device, NULL, &picture_log));
+    assert_int_equal(moved.trees_rebuilt, step == 2 || step == 3);
+    Float4 *sums = frame_of(&frame, step ? &before : NULL, &room, &moved, device, &methods);
+    picture_assert_ok(device_scene_make(&fresh, device, &room.scene, NULL, &picture_log));
+    Float4 *alone = picture_of(&room, &fresh, device, &methods);
+    if (memcmp(sums, alone, WIDTH * HEIGHT * sizeof *sums)) fail_msg("step %d: another picture", step);
+    const uint32_t views = drawn_views_kept(&frame);
+    if (step == 0 || moved.trees_rebuilt)
+      assert_int_equal(views, 0);
+    else
+      assert_in_range(views, 2, 4);
+    free(sums);
+    free(alone);
+    device_scene_free(&fresh);
+    frame_free(&before);
+    before = frame;
+  }
+  frame_free(&before);
+  device_scene_free(&moved);
+  scene_free(&room.scene);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(pictures_do_not_tell_what_was_before),
+      cmocka_unit_test(hybrid_maps_stay_while_the_tree_is_refitted),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }

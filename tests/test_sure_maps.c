@@ -67,7 +67,7 @@ static SureCopy maps_draw(RasterFixture *fixture, const Solids *solids, const Sh
     tiles_mark(&maps, device, close);
     raster_assert_ok(sure_maps_read_marks(&maps, device, &raster_log));
   }
-  raster_assert_ok(sure_maps_settle(&maps, device, NULL, &raster_log));
+  raster_assert_ok(sure_maps_settle(&maps, device, NULL, NULL, &raster_log));
   raster_assert_ok(
       sure_maps_draw(&maps, 0, &raster, device, &fixture->triangles, &solid, SURE_MARKED_SOLID, &raster_log));
   SureCopy copy = {maps.block_count, maps.tile_count, buffer_copy(device, &maps.tiles),
@@ -284,7 +284,7 @@ static void smaller_maps_are_marked_alike(void **state)
     }
     assert_int_equal(known, marked);
     assert_in_range(known, 1, maps.tile_count - 1);
-    raster_assert_ok(sure_maps_settle(&maps, device, NULL, &raster_log));
+    raster_assert_ok(sure_maps_settle(&maps, device, NULL, NULL, &raster_log));
     assert_int_equal(maps.known_tiles[0], known);
     free(fine);
     sure_maps_free(&maps);

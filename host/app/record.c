@@ -156,7 +156,7 @@ static json_t *shadow_maps_json(const Frame *frame, const ShadowBound *bound)
   for (uint32_t i = 0; i < frame->scene->light_count; i++) {
     const bool is_hybrid = frame_light_shadows(frame, i) == SHADOWS_HYBRID, has_maps = shadow_maps_have(maps, i);
     const ShadowInfo none = {0}, *info = is_hybrid ? &hybrid->maps.lights[i] : has_maps ? &maps->lights[i] : &none;
-    const uint32_t kept = !is_hybrid ? (has_maps ? maps->kept[i] : 0) : hybrid->maps.stayed[i] ? info->view_count : 0;
+    const uint32_t kept = is_hybrid ? sure_maps_kept(&hybrid->maps, i) : has_maps ? maps->kept[i] : 0;
     json_t *light =
         json_pack("{s:i, s:i, s:i}", "size", (int)info->size_px, "views", (int)info->view_count, "kept", (int)kept);
     if (bound) json_object_set_new(light, "expected", json_real(bound->lights[i]));

@@ -84,6 +84,7 @@ static Status trees_build_anew(DeviceScene *scene, Device *device, Timeline *tim
   Status status = STATUS_OK;
   KeptScene *kept = scene->kept;
   double begin_ms = clock_ms();
+  scene->trees_rebuilt = true;
   scene_trees_free(&kept->trees);
   TRY(scene_trees_build(&kept->trees, device, &kept->flat, log));
   TRY(scene_trees_link(&kept->trees, kept->flat.triangle_count, log));
@@ -112,6 +113,7 @@ Status device_scene_move(DeviceScene *scene, Device *device, Timeline *timeline,
   double begin_ms = clock_ms();
   TRY(counts_check(scene, log));
   TRY(lights_follow(scene, device, log));
+  scene->trees_rebuilt = false;
   scene->mover_count = kept_scene_follow(kept, scene->movers, scene->source);
   if (timeline) timeline_end(timeline, "flatten what moved", begin_ms);
   if (scene->mover_count == 0) goto done;

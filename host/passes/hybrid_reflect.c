@@ -99,7 +99,7 @@ Status hybrid_reflect_make(HybridReflect *out, Device *device, const DeviceScene
   TRY(buffer_create(&out->counts, device, 2 * sizeof(uint32_t), NULL, "hybrid reflections", log));
   TRY(own_trees_make(&out->own, device, scene, cubes, convex, cube_count, capacity, log));
   TRY(sure_maps_aim(&out->lists, device, fits, cube_count, false, log));
-  TRY(sure_maps_settle(&out->lists, device, NULL, log));
+  TRY(sure_maps_settle(&out->lists, device, scene, NULL, log));
   if (cube_count) TRY(lists_draw(out, device, scene, triangles, cubes, cube_count, log));
 
 done:

@@ -137,7 +137,7 @@ static Status solids_settle(ShadowHybrid *hybrid, const DeviceScene *scene, cons
                             ShadowHybrid *before, Log *log)
 {
   Status status = STATUS_OK;
-  if (before && before->solids.scene) {
+  if (before && before->solids.scene && scene->mover_count == 0) {
     hybrid->solids = before->solids;
     before->solids = (Solids){0};
   } else {
@@ -158,6 +158,8 @@ static bool any_marked(const SureMaps *maps)
   return false;
 }
 
+// Whether triangles of closed surfaces are left out is the same; whether one is of such does not change without its
+// object being a mover.
 static bool suited_alike(const ShadowHybrid *hybrid, const ShadowHybrid *before)
 {
   const uint32_t count = hybrid->maps.light_count;
@@ -170,13 +172,13 @@ Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScen
   Status status = STATUS_OK;
   DeviceBuffer solid = {0};
   SureRaster raster = {0};
-  if (before && (scene->mover_count || before->maps.block_count == 0)) before = NULL;
+  if (before && ((scene->mover_count && scene->trees_rebuilt) || before->maps.block_count == 0)) before = NULL;
   TRY(sure_raster_make(&raster, device, triangles, &(RasterOptions){0}, log));
   TRY(sure_maps_read_marks(&hybrid->maps, device, log));
   TRY(sizes_choose(hybrid, device, scene, receivers, log));
   if (any_marked(&hybrid->maps)) TRY(solids_settle(hybrid, scene, receivers->camera, before, log));
   const bool alike = before && suited_alike(hybrid, before);
-  TRY(sure_maps_settle(&hybrid->maps, device, alike ? &before->maps : NULL, log));
+  TRY(sure_maps_settle(&hybrid->maps, device, scene, alike ? &before->maps : NULL, log));
   if (hybrid->maps.block_count == 0) goto done;
   const Solids *solids = &hybrid->solids;
   TRY(buffer_create(&solid, device, solids->word_count * sizeof *solids->bits, solids->bits, "closed surfaces", log));

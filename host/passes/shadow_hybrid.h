@@ -44,9 +44,10 @@ typedef struct ShadowReceivers {
 // Draws what is marked of the maps, which so are those of one camera and one pose of the scene: rays from elsewhere are
 // traced. Without a size asked for, maps become as small as suits their receivers. At most 76 bytes a texel that is
 // marked, of which a CPU touches what the lists need; lights for whose maps there is no room any more are left out,
-// with a warning that says how many. `before`, which may be NULL, are those of the frame before in a sequence: where
-// nothing in the scene moved since, lights whose maps and receivers are the same get what was drawn there, which is
-// lost to it. Errors: those of program_build and buffer_create.
+// with a warning that says how many. `before`, which may be NULL, are those of the frame before in a sequence: views
+// whose map and receivers are the same, and that see nothing which moved since, get what was drawn there, which is lost
+// to it; unless the trees were rebuilt, whose triangles the maps name by number. Errors: those of program_build and
+// buffer_create.
 Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                           const ShadowReceivers *receivers, ShadowHybrid *before, Log *log);
 

@@ -196,8 +196,10 @@ static Status tables_make(SureMaps *maps, const ShadowFit *fits, Log *log)
   maps->lights = calloc(maps->light_count + 1, sizeof *maps->lights);
   maps->known_tiles = calloc(maps->light_count + 1, sizeof *maps->known_tiles);
   maps->stayed = calloc(maps->light_count + 1, sizeof *maps->stayed);
+  maps->view_blocks = calloc(maps->light_count + 1, sizeof *maps->view_blocks);
   maps->view_table = malloc(((size_t)maps->light_count * SHADOW_VIEWS_MOST + 1) * sizeof *maps->view_table);
-  if (!maps->lights || !maps->known_tiles || !maps->stayed || !maps->view_table) return log_no_memory(log, "sure maps");
+  if (!maps->lights || !maps->known_tiles || !maps->stayed || !maps->view_blocks || !maps->view_table)
+    return log_no_memory(log, "sure maps");
   for (uint32_t i = 0; i < maps->light_count; i++) {
     ShadowInfo *info = &maps->lights[i];
     *info = fits[i].info;
@@ -287,40 +289,69 @@ done:
   return status;
 }
 
+// Views [first, first + count) of a light as though they were all of it.
+static ShadowInfo views_of(const ShadowInfo *info, uint32_t first, uint32_t count)
+{
+  ShadowInfo part = *info;
+  part.view_count = 1;
+  part.first_texel += first * sure_maps_tiles(&part);
+  part.first_view += first;
+  part.view_count = count;
+  return part;
+}
+
 // By passes over the scene's chunks, as depth maps are (passes/raster_depth.c).
-Status sure_maps_draw(SureMaps *maps, uint32_t light, SureRaster *raster, Device *device, const RasterScene *triangles,
-                      const DeviceBuffer *marks, uint32_t what, Log *log)
+static Status views_draw(SureDrawing *drawing, const ShadowInfo *info, Log *log)
 {
   Status status = STATUS_OK;
-  const ShadowInfo *info = &maps->lights[light];
+  SureRaster *raster = drawing->raster;
   const uint32_t views = info->view_count, bin_px = raster->way == RASTER_WAY_BINS ? RASTER_BIN_PX : SURE_BIN_PX;
+  const ShadowView *table = drawing->maps->view_table + info->first_view;
   DeviceBuffer view_table = {0};
-  if (maps->known_tiles[light] == 0 || maps->stayed[light]) return STATUS_OK;
-  uint32_t pass_chunks = raster->pass_chunks / views;
-  const SureDrawing drawing = {
-      .maps = maps,
-      .raster = raster,
-      .device = device,
-      .triangles = triangles,
-      .marks = marks,
-      .views = &view_table,
-      .info = info,
-      .what = what,
-      .tile_columns = TILE_COLUMNS(info->size_px),
-      .columns = divide_up(info->size_px, bin_px),
-      .texels = (uint64_t)maps->known_tiles[light] * SHADOW_TILE_PX * SHADOW_TILE_PX,
-  };
-  TRY(buffer_create(&view_table, device, views * sizeof *maps->view_table, maps->view_table + info->first_view,
-                    "sure maps", log));
-  TRY(bins_divide(raster, device, drawing.columns, views, log));
-  for (uint32_t first = 0; first < triangles->chunk_count; first += pass_chunks) {
-    uint32_t chunks = smaller(pass_chunks, triangles->chunk_count - first);
-    TRY((raster->way == RASTER_WAY_BINS ? bins_pass : direct_pass)(&drawing, first, chunks, log));
+  const uint32_t pass_chunks = raster->pass_chunks / views, all = drawing->triangles->chunk_count;
+  drawing->info = info;
+  drawing->views = &view_table;
+  drawing->tile_columns = TILE_COLUMNS(info->size_px);
+  drawing->columns = divide_up(info->size_px, bin_px);
+  TRY(buffer_create(&view_table, drawing->device, views * sizeof *table, table, "sure maps", log));
+  TRY(bins_divide(raster, drawing->device, drawing->columns, views, log));
+  for (uint32_t first = 0; first < all; first += pass_chunks) {
+    uint32_t chunks = smaller(pass_chunks, all - first);
+    TRY((raster->way == RASTER_WAY_BINS ? bins_pass : direct_pass)(drawing, first, chunks, log));
   }
 
 done:
   buffer_free(&view_table);
   return status;
+}
+
+Status sure_maps_draw(SureMaps *maps, uint32_t light, SureRaster *raster, Device *device, const RasterScene *triangles,
+                      const DeviceBuffer *marks, uint32_t what, Log *log)
+{
+  Status status = STATUS_OK;
+  const uint32_t count = maps->lights[light].view_count;
+  SureDrawing drawing = {
+      .maps = maps, .raster = raster, .device = device, .triangles = triangles, .marks = marks, .what = what};
+  for (uint32_t first = 0, end; first < count; first = end) {
+    const bool stayed = maps->stayed[light][first];
+    uint64_t blocks = 0;
+    for (end = first; end < count && maps->stayed[light][end] == stayed; end++)
+      blocks += maps->view_blocks[light][end].count;
+    if (stayed || blocks == 0) continue;
+    const ShadowInfo views = views_of(&maps->lights[light], first, end - first);
+    drawing.texels = blocks * (SHADOW_TILE_PX * SHADOW_TILE_PX / SHADOW_TILE_BLOCKS);
+    TRY(views_draw(&drawing, &views, log));
+  }
+
+done:
+  return status;
+}
+
+uint32_t sure_maps_kept(const SureMaps *maps, uint32_t light)
+{
+  uint32_t kept = 0;
+  for (uint32_t view = 0; view < maps->lights[light].view_count; view++) kept += maps->stayed[light][view];
+  return kept;
 }
 
 void sure_maps_free(SureMaps *maps)
@@ -330,6 +361,7 @@ void sure_maps_free(SureMaps *maps)
   free(maps->lights);
   free(maps->known_tiles);
   free(maps->stayed);
+  free(maps->view_blocks);
   free(maps->view_table);
   free(maps->seen);
   *maps = (SureMaps){0};

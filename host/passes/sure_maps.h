@@ -6,12 +6,18 @@
 #include "passes/raster_scene.h"
 #include "passes/shadow_fit.h"
 
+// Blocks of a view, those of its known tiles.
+typedef struct SureBlocks {
+  uint32_t first, count;
+} SureBlocks;
+
 // The maps of all lights.
 typedef struct SureMaps {
   uint32_t light_count;
   ShadowInfo *lights;     // [light_count], the host's copy of `infos`; a light without maps has a view_count of 0
   uint32_t *known_tiles;  // [light_count]: to be drawn
-  bool *stayed;           // [light_count]: they are drawn already, in the frame before
+  bool (*stayed)[SHADOW_VIEWS_MOST];             // [light_count], view by view: drawn already, in the frame before
+  SureBlocks (*view_blocks)[SHADOW_VIEWS_MOST];  // [light_count]
   ShadowView *view_table;
   DeviceBuffer infos, views;  // ShadowInfo [light_count], ShadowView of all lights
   uint32_t tile_count, block_count;
@@ -41,10 +47,13 @@ uint32_t sure_maps_marked(const SureMaps *maps, uint32_t light, uint32_t level);
 // Errors: those of buffer_create.
 Status sure_maps_shrink(SureMaps *maps, Device *device, const ShadowFit *fits, const uint8_t *levels, Log *log);
 
-// Makes room for what the marks ask. `before`, which may be NULL, are maps that were drawn of the same triangles:
-// lights that had the same maps and marks there get what was drawn; its buffers may be taken. Errors: those of
-// buffer_create.
-Status sure_maps_settle(SureMaps *maps, Device *device, SureMaps *before, Log *log);
+// Makes room for what the marks ask. `before`, which may be NULL, are maps that were drawn of the same triangles in the
+// same order, but for what moved of `scene` since: views that had the same map and marks there, and see nothing that
+// moved, get what was drawn; its buffers may be taken. Errors: those of buffer_create.
+Status sure_maps_settle(SureMaps *maps, Device *device, const DeviceScene *scene, SureMaps *before, Log *log);
+
+// Views of a light that stayed.
+uint32_t sure_maps_kept(const SureMaps *maps, uint32_t light);
 
 // What draws them, light after light.
 typedef struct SureRaster {
@@ -62,8 +71,8 @@ Status sure_raster_make(SureRaster *out, Device *device, const RasterScene *tria
                         Log *log);
 void sure_raster_free(SureRaster *raster);
 
-// Draws a light's maps, which are settled, unless they stayed. `marks` has a bit a triangle (device_scene/solid.h), and
-// `what` says what that means: SURE_NONE_MARKED and the others of shared/shadow.h. Errors: those of buffer_create.
+// Draws what did not stay of a light's maps, which are settled. `marks` has a bit a triangle (device_scene/solid.h),
+// and `what` says what that means: SURE_NONE_MARKED and the others of shared/shadow.h. Errors: those of buffer_create.
 Status sure_maps_draw(SureMaps *maps, uint32_t light, SureRaster *raster, Device *device, const RasterScene *triangles,
                       const DeviceBuffer *marks, uint32_t what, Log *log);
 void sure_maps_free(SureMaps *maps);

@@ -201,7 +201,7 @@ static Status sure_maps_direct(Device *device, const DeviceScene *scene)
   TRY(raster_scene_make(&triangles, device, scene, &options, &picture_log));
   TRY(sure_raster_make(&raster, device, &triangles, &options, &picture_log));
   TRY(sure_maps_aim(&maps, device, &fit, 1, false, &picture_log));
-  TRY(sure_maps_settle(&maps, device, NULL, &picture_log));
+  TRY(sure_maps_settle(&maps, device, NULL, NULL, &picture_log));
   TRY(sure_maps_draw(&maps, 0, &raster, device, &triangles, &solid, SURE_MARKED_SOLID, &picture_log));
   TRY(device_finish(device, &picture_log));
 
