@@ -5,6 +5,7 @@
 //         infos, views  the maps of all lights
 //         tiles, blocks, rows  what they know (shared/shadow.h)
 //         triangles     in the order of the BVH's leaves
+//         dark_alone    1: that nothing stops a ray is not believed
 //   out   radiance[slot] gains the weight of rays that nothing stops
 //         unsure_rays, _slots, count   rays that the maps cannot judge, for trace_any
 //
@@ -17,7 +18,8 @@
 //   Pro   no bias: a verdict is the ray's. Most need one look at the map; neighbouring rays ask for the same
 //         triangles, each of which is tested against all of them at once.
 //   Fails where a ray begins within a closed surface by rounding, as where two touch: it may leave that by its lit side
-//         alone, which is not in the map.
+//         alone, which is not in the map. That a ray is dark is true wherever it begins: rays that are more likely to
+//         begin so, reflected by two mirrors or more, are judged by `dark_alone`.
 //   Con   more than SHADOW_NUMBERS triangles between the texel's points and the light leave rays unsure: maps too small
 //         for the mesh, or none of the mesh's pieces closed.
 //   Cost  12 ns a ray on a core, in a room of closed surfaces.
@@ -119,7 +121,7 @@ static inline void weights_add(IntL lit, IntL valid, global const float *rays, u
 kernel void shadow_hybrid(global const ShadowInfo *infos, uint light, global const ShadowView *views,
                           global const ShadowTile *tiles, global const ShadowBlock *blocks,
                           global const ShadowRow *rows, uint block_count, global const BvhTriangle *triangles,
-                          global const float *rays, uint capacity, uint ray_count, uint segment,
+                          global const float *rays, uint capacity, uint ray_count, uint segment, uint dark_alone,
                           global const uint *slots, global float4 *radiance, global float *unsure_rays,
                           global uint *unsure_slots, global uint *unsure_count, global const TriangleCorners *corners,
                           global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
@@ -143,6 +145,7 @@ kernel void shadow_hybrid(global const ShadowInfo *infos, uint light, global con
       Packet p = packet_load(rays, capacity, first, ray_count, 0);
       named_judge(&v, &look, &p, &of, &attributes);
     }
+    if (dark_alone) v.lit = INTL(0);
     weights_add(v.lit, valid, rays, capacity, first, slots, radiance);
     IntL unsure = active & !(v.lit | v.dark);
     if (any_lane(unsure))

@@ -90,7 +90,7 @@ Status shadow_hybrid_mark(ShadowHybrid *hybrid, Device *device, const CameraRays
 // Texels that a light's maps should have where receivers are. More cost time as they are drawn, fewer as more rays meet
 // the outlines of triangles in their texels: the longer these are for the pixels seen (plan/shadow_cost.c), the more
 // texels pay. The factors were found by trial: room, chrome, colonnade and field take about as long with half of them;
-// of the shared models these leave a tenth of the rays to be traced at most, but for one.
+// of the shared models these leave a tenth of the rays to be traced at most.
 static double texels_wanted(const ShadowHybrid *hybrid, uint32_t light, const DeviceScene *scene,
                             const ShadowReceivers *receivers)
 {
@@ -215,25 +215,28 @@ bool shadow_hybrid_has(const ShadowHybrid *hybrid, uint32_t light)
 
 Status shadow_hybrid_trace(ShadowHybrid *hybrid, const Tracer *tracer, Device *device, const DeviceScene *scene,
                            uint32_t light, const RayStream *rays, uint32_t segment, uint32_t count,
-                           const DeviceBuffer *radiance, Coherence coherence, Log *log)
+                           const DeviceBuffer *radiance, HybridTrust trust, Log *log)
 {
   Status status = STATUS_OK;
   const SureMaps *maps = &hybrid->maps;
   uint32_t unsure = 0;
+  const uint32_t dark_alone = trust == HYBRID_TRUST_DARK;
+  const Coherence coherence = trust == HYBRID_TRUST_ALL ? RAYS_COHERENT : RAYS_INCOHERENT;
   hybrid->rays += count;
-  if (coherence == RAYS_INCOHERENT) {
+  if (trust == HYBRID_TRUST_NONE) {
     hybrid->traced += count;
     return trace_any(tracer, device, scene, rays, segment, count, radiance, coherence, "trace incoherent shadow rays",
                      log);
   }
   TRY(buffer_zero(device, &hybrid->unsure_count, log));
-  TRY(device_launch(device, &hybrid->judge, work_items(device, count), count, "judge shadow rays by maps",
-                    ARGS(ARG_BUFFER(maps->infos), ARG(light), ARG_BUFFER(maps->views), ARG_BUFFER(maps->tiles),
-                         ARG_BUFFER(maps->blocks), ARG_BUFFER(maps->rows), ARG(maps->block_count),
-                         ARG_BUFFER(scene->bvh2_triangles), ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG(count),
-                         ARG(segment), ARG_BUFFER(rays->slots), ARG_BUFFER(*radiance), ARG_BUFFER(hybrid->unsure.rays),
-                         ARG_BUFFER(hybrid->unsure.slots), ARG_BUFFER(hybrid->unsure_count), ATTRIBUTE_ARGS(scene)),
-                    log));
+  TRY(device_launch(
+      device, &hybrid->judge, work_items(device, count), count, "judge shadow rays by maps",
+      ARGS(ARG_BUFFER(maps->infos), ARG(light), ARG_BUFFER(maps->views), ARG_BUFFER(maps->tiles),
+           ARG_BUFFER(maps->blocks), ARG_BUFFER(maps->rows), ARG(maps->block_count), ARG_BUFFER(scene->bvh2_triangles),
+           ARG_BUFFER(rays->rays), ARG(rays->capacity), ARG(count), ARG(segment), ARG(dark_alone),
+           ARG_BUFFER(rays->slots), ARG_BUFFER(*radiance), ARG_BUFFER(hybrid->unsure.rays),
+           ARG_BUFFER(hybrid->unsure.slots), ARG_BUFFER(hybrid->unsure_count), ATTRIBUTE_ARGS(scene)),
+      log));
   TRY(buffer_read(device, &hybrid->unsure_count, &unsure, sizeof unsure, log));
   if (unsure > count) {
     status =

@@ -22,6 +22,12 @@ done:
   return status;
 }
 
+static HybridTrust trust_of(const Frame *frame, Coherence coherence)
+{
+  if (coherence == RAYS_COHERENT) return HYBRID_TRUST_ALL;
+  return plan_samples_lobes(&frame->request.plan) ? HYBRID_TRUST_NONE : HYBRID_TRUST_DARK;
+}
+
 // Lets through what light `light` sends along the rays of segment `segment` past what stands in its way.
 static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_t light, uint32_t segment,
                               uint32_t count, Coherence coherence, Log *log)
@@ -40,7 +46,7 @@ static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_
                                       : STATUS_OK;
   if (shadow_hybrid_has(&frame->shadow_hybrid, light))
     return shadow_hybrid_trace(&frame->shadow_hybrid, &frame->tracer, frame->device, frame->scene, light,
-                               streams->shadow, segment, count, streams->radiance, coherence, log);
+                               streams->shadow, segment, count, streams->radiance, trust_of(frame, coherence), log);
   return trace_any(&frame->tracer, frame->device, frame->scene, streams->shadow, segment, count, streams->radiance,
                    coherence, "trace shadow rays", log);
 }

@@ -84,8 +84,8 @@ static Status finer_make(ShadowMaps *out, const Frame *frame, Log *log)
   Log quiet = {0};
   uint32_t by_texel = finer_px(&frame->shadow_maps, SHADOWS_MAP), by_disc = finer_px(&frame->shadow_maps, SHADOWS_PCSS);
   if (!by_texel && !by_disc) return STATUS_OK;
-  plan.shadow_methods = SHADOW_SET(SHADOWS_RAYS) | (by_texel ? SHADOW_SET(SHADOWS_MAP) : 0) |
-                        (by_disc ? SHADOW_SET(SHADOWS_PCSS) : 0);
+  plan.shadow_methods =
+      SHADOW_SET(SHADOWS_RAYS) | (by_texel ? SHADOW_SET(SHADOWS_MAP) : 0) | (by_disc ? SHADOW_SET(SHADOWS_PCSS) : 0);
   plan.shadow_options.map_size_px = by_texel > by_disc ? by_texel : by_disc;
   Status status = shadow_maps_make(out, frame->device, frame->scene, &frame->raster_scene, &plan, &frame->camera.info,
                                    NULL, &quiet);
