@@ -25,6 +25,10 @@ static void cube_add(GltfBuild *build)
   gltf_array(build, 5123, "SCALAR", sides, sizeof sides, 36, "");
 }
 
+#define TRACK(name, values, node)                                                                                     \
+  "{'name':'" name "','samplers':[{'input':2,'output':" #values "}],'channels':[{'sampler':0,'target':{'node':" #node \
+  ",'path':'translation'}}]}"
+
 // A floor with a mirror and two pillars on it, lit by two lamps. Its animations, of a second each, move one thing
 // alone: a box in a corner, a kite that is over what the camera sees, but not its shadow, the second lamp, or the
 // camera.
@@ -38,9 +42,6 @@ static const char *stage_save(void)
   GLTF_FLOATS(&build, "VEC3", 2, -3, 4, 1, 1, 4, 2);
   GLTF_FLOATS(&build, "VEC3", 2, 0, 2, 9, 1, 2.2f, 8.5f);
   GLTF_FLOATS(&build, "VEC3", 2, 1.2f, 5.7f, 3, 1.05f, 5.7f, 3);
-#define TRACK(name, values, node)                                                                                     \
-  "{'name':'" name "','samplers':[{'input':2,'output':" #values "}],'channels':[{'sampler':0,'target':{'node':" #node \
-  ",'path':'translation'}}]}"
   return gltf_save(
       &build, "%s",
       "'scene':0,'scenes':[{'nodes':[0,1,2,3,4,5,6,7,8]}],"
@@ -64,11 +65,39 @@ static const char *stage_save(void)
       "'animations':[" TRACK("box", 3, 4) "," TRACK("lamp", 4, 6) "," TRACK("eye", 5, 7) "," TRACK("kite", 6, 8) "]");
 }
 
+// A mirror that shows another one to its right, which is out of sight and shows what is above it: there a box moves.
+// Neither is the box on the side of the first mirror's cube on which the second mirror is.
+static const char *two_mirrors_save(void)
+{
+  static GltfBuild build;
+  memset(&build, 0, sizeof build);
+  cube_add(&build);
+  GLTF_FLOATS(&build, "SCALAR", 2, 0, 1);
+  GLTF_FLOATS(&build, "VEC3", 2, 10, 15, -3, 10, 15, 3);
+  GLTF_FLOATS(&build, "VEC3", 2, -4, 2, 9, 4, 2, 9);
+  return gltf_save(&build, "%s",
+                   "'scene':0,'scenes':[{'nodes':[0,1,2,3,4,5]}],"
+                   "'nodes':[{'name':'floor','mesh':0,'translation':[0,-0.1,0],'scale':[14,0.1,8]},"
+                   "{'name':'mirror','mesh':1,'translation':[0,1.2,0],'rotation':[0,0.3826834,0,0.9238795]},"
+                   "{'name':'other','mesh':1,'translation':[10,1.2,0],'rotation':[0,0,0.3826834,0.9238795]},"
+                   "{'name':'box','mesh':0,'translation':[10,15,0],'scale':[1.5,1.5,1.5]},"
+                   "{'name':'lamp','translation':[5,8,3],'extensions':{'KHR_lights_punctual':{'light':0}}},"
+                   "{'name':'eye','translation':[0,2,9],'camera':0}],"
+                   "'cameras':[{'type':'perspective','perspective':{'yfov':0.5,'znear':0.1}}],"
+                   "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'indices':1,'material':0}]},"
+                   "{'primitives':[{'attributes':{'POSITION':0},'indices':1,'material':1}]}],"
+                   "'materials':[{'pbrMetallicRoughness':{'metallicFactor':0}},"
+                   "{'pbrMetallicRoughness':{'metallicFactor':1,'roughnessFactor':0}}],"
+                   "'extensionsUsed':['KHR_lights_punctual'],"
+                   "'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','intensity':400}]}},"
+                   "'animations':[" TRACK("box", 3, 3) "," TRACK("eye", 4, 5) "]");
+}
+
 // What was kept in the second frame.
 typedef struct Kept {
   int still_views, moving_views;  // of maps of the lamp that stands still, and of the one that may move
   int faces, all_faces;
-  int cubes;
+  int cubes, deep_cubes;
 } Kept;
 
 static int member(json_t *object, const char *name) { return (int)json_integer_value(json_object_get(object, name)); }
@@ -84,7 +113,8 @@ static Kept stats_read(const char *path)
                .moving_views = member(json_array_get(lights, 1), "kept"),
                .faces = member(maps, "faces_kept"),
                .all_faces = member(maps, "faces"),
-               .cubes = member(maps, "cubes")};
+               .cubes = member(maps, "cubes"),
+               .deep_cubes = member(maps, "deep_cubes")};
   json_decref(stats);
   return kept;
 }
@@ -208,6 +238,22 @@ static void what_is_out_of_sight_moves_its_shadow(void **state)
   assert_in_range(kept.still_views, 1, 5);
 }
 
+// The second mirror's cube is drawn anew, and the side of the first mirror's on which that is seen.
+static void what_moves_in_a_mirror_in_a_mirror_is_followed(void **state)
+{
+  static const char *const methods[] = {"box", "impostor"};
+  const char *scene = two_mirrors_save();
+  for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) {
+    Kept kept = frames_render(scene, "box", (Methods){"none", methods[i], methods[i]});
+    assert_int_equal(kept.cubes, 2);
+    assert_int_equal(kept.deep_cubes, 1);
+    assert_in_range(kept.faces, 6, kept.all_faces - 3);
+  }
+  // From the left the second mirror is not seen.
+  Kept kept = frames_render(scene, "eye", (Methods){"none", "box", "box"});
+  assert_int_equal(kept.deep_cubes, 1);
+}
+
 static void frames_and_their_names_are_checked(void **state)
 {
   const char *scene = stage_save();
@@ -267,6 +313,7 @@ int main(void)
       cmocka_unit_test(a_moving_box_redraws_the_faces_that_see_it),
       cmocka_unit_test(what_casts_no_shadow_leaves_maps_as_they_are),
       cmocka_unit_test(what_is_out_of_sight_moves_its_shadow),
+      cmocka_unit_test(what_moves_in_a_mirror_in_a_mirror_is_followed),
       cmocka_unit_test(frames_and_their_names_are_checked),
       cmocka_unit_test(a_view_of_all_holds_what_moves),
       cmocka_unit_test(all_frames_are_those_of_the_animation),

@@ -1,12 +1,15 @@
 // Reflected rays answered by the environment or by the cube map of the reflector that they start on.
 //
 //   in    rays, slots      reflected rays; those of mirrors say where they start (RAY_FROM_MIRROR)
-//         cube_of_object   CUBE_NONE where an object has none, [object_count]
+//         cube_of_object   of mirrors: CUBE_NONE where an object has none, [object_count]
+//         rough_of_object  the same, of rough surfaces
 //         cubes, texels    shared/cube.h
 //         hull, cells      the same; REFLECT_BY_IMPOSTOR alone
 //         levels           the same; of cubes that rough surfaces ask
 //         environment_levels   the environment's (shared/scene.h)
 //         rough_alone      1: rays of mirrors are left as they are
+//         closed           1: no ray of a mirror is left: where a method cannot tell it sees the cube as if infinitely
+//                          far away, without one the environment
 //   out   radiance[slot]   weight x what the map shows
 //         left_rays        the rays that are left to be traced, packed: those of rough surfaces, of objects without a
 //                          cube, and those of which a method says itself that it cannot tell
@@ -108,15 +111,16 @@ static inline float4 rough_answer(uint method, const MarchMap *map, global const
   return cube_prefiltered(map->cube, map->texels, levels, ends ? end : ray.direction, min(roughness, 1.0f));
 }
 
-kernel void cube_reflect(uint method, uint rough_alone, global const float *rays, global const uint *slots,
+kernel void cube_reflect(uint method, uint rough_alone, uint closed, global const float *rays, global const uint *slots,
                          uint capacity, uint ray_count, global const uint *object_starts, uint object_count,
-                         global const uint *cube_of_object, uint cube_count, global const CubeInfo *cubes,
-                         global const float4 *texels, global const float *hull, global const float *cells,
-                         global const float4 *levels, constant EnvironmentInfo *environment,
+                         global const uint *cube_of_object, global const uint *rough_of_object, uint cube_count,
+                         global const CubeInfo *cubes, global const float4 *texels, global const float *hull,
+                         global const float *cells, global const float4 *levels, constant EnvironmentInfo *environment,
                          global const Float4 *environment_pixels, global const Float4 *environment_levels,
                          global float4 *radiance, global float *left_rays, global uint *left_slots, global uint *count)
 {
   ReflectorCubes reflectors = {object_starts, object_count, cube_of_object};
+  ReflectorCubes rough_ones = {object_starts, object_count, rough_of_object};
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint first = begin; first < end; first += LANES) {
@@ -135,15 +139,18 @@ kernel void cube_reflect(uint method, uint rough_alone, global const float *rays
         MarchMap map = march_map_of_cube(&cubes[number], texels, cells, hull);
         CubeRay ray = cube_ray(map.cube, lane_float3(r.origin, lane), lane_float3(r.unit, lane));
         answered = cube_answer(&value, method, &map, ray);
+        if (closed & !answered) answered = cube_answer(&value, REFLECT_BY_CUBE, &map, ray);
       }
       if (answered)
         radiance[LANE_UINT(r.slot, lane)] += throughput * value;
+      else if (closed)
+        LANE_INT(open, lane) = -1;
       else
         LANE_INT(left, lane) = -1;
     }
     for (uint bits = lane_bits(rough); bits; bits &= bits - 1) {
       uint lane = lowest_bit(bits);
-      uint number = reflector_any_cube(reflectors, LANE_UINT(r.source, lane)) & ~CUBE_FOR_ROUGH;
+      uint number = reflector_any_cube(rough_ones, LANE_UINT(r.source, lane)) & ~CUBE_FOR_ROUGH;
       if (number >= cube_count || cubes[number].first_level == CUBE_NONE) {
         LANE_INT(unmapped, lane) = -1;
         continue;

@@ -205,14 +205,16 @@ static json_t *reflection_maps_json(const Frame *frame, const ReflectionBound *b
   const ReflectorSummary *reflectors = &frame->reflectors;
   const CubeReflect *maps = &frame->cube_reflect;
   const NearReflect *near = &frame->near_reflect;
-  json_t *out = json_pack(
-      "{s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:[i,i], s:I, s:I, s:I, s:I}", "cubes", (int)maps->cube_count,
-      "faces", CUBE_FACES * (int)maps->cube_count, "faces_kept", (int)reflectors->faces_kept, "reflectors",
-      (int)reflectors->visible, "rough", (int)reflectors->rough, "levels", (int)reflectors->levels, "left_out",
-      (int)reflectors->left_out, "flat", (int)reflectors->flat, "without_gain", (int)reflectors->without_gain, "size",
-      (int)reflectors->least_px, (int)reflectors->greatest_px, "bytes", (json_int_t)reflectors->bytes, "rays",
-      (json_int_t)(maps->looked_up + near->looked_up), "traced", (json_int_t)(maps->left + near->totals[NEAR_LEFT]),
-      "shaded", (json_int_t)frame->hybrid_reflect.shaded);
+  json_t *out =
+      json_pack("{s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:i, s:[i,i], s:I, s:I, s:I, s:I}",
+                "cubes", (int)maps->cube_count, "faces", CUBE_FACES * (int)maps->cube_count, "faces_kept",
+                (int)reflectors->faces_kept, "reflectors", (int)reflectors->visible, "within", (int)reflectors->within,
+                "within_alone", (int)reflectors->within_alone, "unseen", (int)reflectors->unseen, "deep_cubes",
+                (int)reflectors->deep_cubes, "rough", (int)reflectors->rough, "levels", (int)reflectors->levels,
+                "left_out", (int)reflectors->left_out, "flat", (int)reflectors->flat, "without_gain",
+                (int)reflectors->without_gain, "size", (int)reflectors->least_px, (int)reflectors->greatest_px, "bytes",
+                (json_int_t)reflectors->bytes, "rays", (json_int_t)(maps->looked_up + near->looked_up), "traced",
+                (json_int_t)(maps->left + near->totals[NEAR_LEFT]), "shaded", (json_int_t)frame->hybrid_reflect.shaded);
   if (out && near->cube_count) json_object_set_new(out, "near", near_objects_json(frame));
   if (out && bound) json_object_set_new(out, "predicted", reflection_bound_json(bound));
   if (out && reflectors->hybrid_ms > 0)

@@ -115,10 +115,15 @@ Status buffer_copy_words(Device *device, const DeviceBuffer *from, size_t from_f
 
 Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log)
 {
+  return buffer_read_part(device, buffer, 0, to, bytes, log);
+}
+
+Status buffer_read_part(Device *device, const DeviceBuffer *buffer, size_t offset, void *to, size_t bytes, Log *log)
+{
   if (bytes == 0) return STATUS_OK;
   cl_int error = fault_due("read")
                      ? CL_OUT_OF_RESOURCES
-                     : clEnqueueReadBuffer(device->queue, buffer->memory, CL_TRUE, 0, bytes, to, 0, NULL, NULL);
+                     : clEnqueueReadBuffer(device->queue, buffer->memory, CL_TRUE, offset, bytes, to, 0, NULL, NULL);
   if (error != CL_SUCCESS) return transfer_fail(log, device, "a transfer from it", error);
   if (fault_due("corrupt")) ((unsigned char *)to)[bytes > 3 ? 3 : 0] ^= 0x41;
   return STATUS_OK;

@@ -85,8 +85,9 @@ Status buffer_fill_part(Device *device, const DeviceBuffer *buffer, size_t first
 Status buffer_copy_words(Device *device, const DeviceBuffer *from, size_t from_first, const DeviceBuffer *to,
                          size_t to_first, size_t count, Log *log);
 
-// Waits for all launches before it, then copies `bytes` from the start of the buffer.
+// Waits for all launches before it, then copies `bytes` from the start of the buffer, or from `offset` bytes after it.
 Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log);
+Status buffer_read_part(Device *device, const DeviceBuffer *buffer, size_t offset, void *to, size_t bytes, Log *log);
 
 typedef struct Program Program;
 

@@ -23,6 +23,17 @@ void ray_stream_free(RayStream *stream)
   buffer_free(&stream->slots);
 }
 
+Status ray_stream_read(float *fields, Device *device, const RayStream *stream, uint32_t field_count, uint32_t count,
+                       Log *log)
+{
+  const size_t row = stream->capacity * sizeof *fields;
+  Status status = STATUS_OK;
+  for (uint32_t field = 0; field < field_count && !status; field++)
+    status = buffer_read_part(device, &stream->rays, field * row, fields + (size_t)field * count,
+                              count * sizeof *fields, log);
+  return status;
+}
+
 Status hit_stream_make(HitStream *out, Device *device, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;

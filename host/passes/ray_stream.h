@@ -9,6 +9,10 @@ typedef struct RayStream {
   uint32_t capacity;   // a multiple of 64
 } RayStream;
 
+// Copies the first fields of rays [0, count), one after the other: fields[field * count + ray]. Waits for the device.
+Status ray_stream_read(float *fields, Device *device, const RayStream *stream, uint32_t field_count, uint32_t count,
+                       Log *log);
+
 typedef struct HitStream {
   DeviceBuffer hits;  // [HIT_FIELD_COUNT][capacity] floats
   DeviceBuffer ids;   // [capacity]

@@ -205,6 +205,20 @@ static inline bool plan_uses_lists(const Plan *plan)
   return reflections_use_lists(plan->reflections) || reflections_use_lists(plan->deep_reflections);
 }
 
+// Have reflectors that others show cubes for it? Lists go with the cubes of what the camera sees alone, and hybrid
+// reflections are the picture of rays.
+static inline bool plan_uses_deep_cubes(const Plan *plan)
+{
+  const ReflectionMethod deep = plan->deep_reflections;
+  return deep >= REFLECTIONS_CUBE && deep <= REFLECTIONS_IMPOSTOR && plan->max_depth > 1 && !plan_uses_lists(plan);
+}
+
+// Have reflectors that the camera sees?
+static inline bool plan_uses_first_cubes(const Plan *plan)
+{
+  return reflections_use_cubes(plan->reflections) || (plan_uses_cubes(plan) && !plan_uses_deep_cubes(plan));
+}
+
 // Are there reflected rays of which maps know what they hit?
 static inline bool plan_knows_hits(const Plan *plan)
 {

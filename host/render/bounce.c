@@ -34,7 +34,7 @@ Status stream_take(RayStream **out, Frame *frame, bool wanted, Log *log)
   return STATUS_OK;
 }
 
-static void stream_give_back(Frame *frame, const RayStream *stream)
+void stream_give_back(Frame *frame, const RayStream *stream)
 {
   if (stream != &frame->no_rays) frame->taken[stream - frame->streams] = false;
 }
@@ -73,7 +73,8 @@ static ReflectionMethod reflections_of(const Frame *frame, uint32_t depth)
 {
   ReflectionMethod method = plan_reflections(&frame->request.plan, depth);
   if (method == REFLECTIONS_PLANAR && (depth > 1 || frame->planar.count == 0)) return REFLECTIONS_RAYS;
-  return reflections_use_cubes(method) && frame->cube_reflect.cube_count == 0 ? REFLECTIONS_RAYS : method;
+  const bool none = frame->cube_reflect.cube_count == 0 && !frame->capturing;
+  return reflections_use_cubes(method) && none ? REFLECTIONS_RAYS : method;
 }
 
 static Coherence coherence_of(const Frame *frame, uint32_t depth)
@@ -216,8 +217,8 @@ static Status lists_look_up(Frame *frame, ReflectionMethod method, Bounce *bounc
   RayStream *mirrored = &frame->no_rays;
   if (frame->request.plan.rough_by_maps) {
     TRY(stream_take(&mirrored, frame, true, log));
-    TRY(cube_reflect(&frame->cube_reflect, frame->device, frame->scene, method, asked, bounce->count, &frame->radiance,
-                     mirrored, &count, log));
+    TRY(cube_reflect(&frame->cube_reflect, frame->device, frame->scene, method, ASK_FIRST, asked, bounce->count,
+                     &frame->radiance, mirrored, &count, log));
     asked = mirrored;
   }
   if (count && frame->near_reflect.cube_count > 0)
@@ -228,6 +229,13 @@ static Status lists_look_up(Frame *frame, ReflectionMethod method, Bounce *bounc
 done:
   stream_give_back(frame, mirrored);
   return status;
+}
+
+// Which cubes a bounce asks.
+static CubeAsk ask_of(const Frame *frame, const Bounce *bounce)
+{
+  if (frame->capturing) return ASK_CLOSED;
+  return bounce->depth > 1 && plan_uses_deep_cubes(&frame->request.plan) ? ASK_DEEP : ASK_FIRST;
 }
 
 // Answers reflected rays by maps, as far as the method for their depth has any; what is left takes the bounce's place.
@@ -251,8 +259,8 @@ static Status reflections_look_up(Frame *frame, const Wave *wave, Bounce *bounce
     TRY(hybrid_reflect(&frame->hybrid_reflect, &frame->cube_reflect, frame->device, frame->scene, bounce->rays,
                        bounce->count, &frame->radiance, left, &frame->known_hits, &counts, log));
   else
-    TRY(cube_reflect(&frame->cube_reflect, frame->device, frame->scene, method, bounce->rays, bounce->count,
-                     &frame->radiance, left, &counts.traced, log));
+    TRY(cube_reflect(&frame->cube_reflect, frame->device, frame->scene, method, ask_of(frame, bounce), bounce->rays,
+                     bounce->count, &frame->radiance, left, &counts.traced, log));
   stream_give_back(frame, bounce->rays);
   bounce->rays = left;
   bounce->count = counts.traced;

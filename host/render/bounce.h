@@ -20,6 +20,7 @@ Bounce bounce_first(const Frame *frame, const Wave *wave);
 
 // A stream that is not in use; `no_rays` where none is wanted. Errors: STATUS_TOO_LARGE.
 Status stream_take(RayStream **out, Frame *frame, bool wanted, Log *log);
+void stream_give_back(Frame *frame, const RayStream *stream);
 
 // Traces and shades one bounce, gives its stream back and adds what it spawned to `waiting`.
 Status bounce_render(Frame *frame, const Wave *wave, const Bounce *bounce, Bounce waiting[FRAME_STREAMS],

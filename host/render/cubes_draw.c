@@ -17,17 +17,26 @@ bool cubes_are_marched(const Plan *plan)
   return plan_uses_reflections(plan, REFLECTIONS_IMPOSTOR) || plan_uses_lists(plan);
 }
 
-// What is drawn in a cube: no cubes, one bounce less. Hybrid reflections leave what mirrors show there.
-static Plan plan_of_capture(const Plan *plan)
+// Who sees a cube.
+typedef enum CubeSeen {
+  SEEN_IN_MIRRORS,  // by the camera: its deep cube
+  SEEN,             // its mirrors
+  SEEN_ROUGH,       // its rough surfaces alone
+} CubeSeen;
+
+// What is drawn in a cube: one bounce less, or two in a deep one. In mirrors' cubes mirrors show their deep cubes, and
+// nothing is traced; in others the environment. Hybrid reflections leave what mirrors show in theirs.
+static Plan plan_of_capture(const Plan *plan, CubeSeen seen)
 {
   Plan capture = *plan;
-  bool maps = reflections_use_maps(plan->deep_reflections);
-  if (maps) capture.deep_reflections = REFLECTIONS_ENVIRONMENT;
+  const uint32_t less = seen == SEEN_IN_MIRRORS ? 2 : 1;
+  const bool maps = reflections_use_maps(plan->deep_reflections), closed = plan_uses_deep_cubes(plan) && seen == SEEN;
+  if (maps && !closed) capture.deep_reflections = REFLECTIONS_ENVIRONMENT;
   if (plan->reflections == REFLECTIONS_HYBRID) capture.deep_reflections = REFLECTIONS_NONE;
   if (maps || plan->rough_by_maps) capture.max_roughness = 0;
   capture.rough_by_maps = false;
   capture.reflections = capture.deep_reflections;
-  if (capture.max_depth > 0) capture.max_depth--;
+  capture.max_depth = plan->max_depth > less ? plan->max_depth - less : 0;
   capture.reflected_rays = capture.max_depth > 0 && capture.reflections != REFLECTIONS_NONE;
   return capture;
 }
@@ -96,69 +105,114 @@ done:
   return status;
 }
 
+// What cubes are drawn with.
+typedef struct CubePens {
+  CubeDoubt doubt;
+  CubePrefilter prefilter;
+  uint32_t *left_out;  // [object_count]
+  uint32_t samples;
+  bool lists, marched, doubted;
+} CubePens;
+
+// Leaves out one object, or all others.
+static void left_out_set(const CubePens *pens, const Frame *frame, uint32_t object, bool others)
+{
+  for (uint32_t i = 0; i < frame->scene->object_count; i++) pens->left_out[i] = (i == object) != others;
+}
+
+static Status cube_draw(Frame *frame, uint32_t i, const CubePens *pens, Log *log)
+{
+  Status status = STATUS_OK;
+  Device *device = frame->device;
+  CubeCapture *capture = &frame->cube_capture;
+  const CubeReflect *maps = &frame->cube_reflect;
+  const CubeInfo *cube = &frame->cubes_drawn.cubes[i];
+  const bool doubted = pens->doubted && i < frame->cubes_drawn.order.first_deep;
+  uint32_t faces = CUBE_ALL_FACES;
+  if (!pens->lists && !pens->doubted) TRY(cube_take(&faces, frame, i, log));
+  frame->reflectors.faces_kept += CUBE_FACES - bits_count(faces);
+  if (!faces) return STATUS_OK;
+  left_out_set(pens, frame, cube->object, false);
+  near_objects_mark(&frame->near_objects, i, pens->left_out);
+  TRY(cube_capture_aim(capture, device, frame->scene, cube, frame->cubes_drawn.nears_m[i], pens->left_out, log));
+  if (cube_by_raster(frame, cube))
+    TRY(cube_capture_raster(capture, device, frame->scene, &frame->raster_scene, pens->left_out, frame->capacity, log));
+  TRY(faces_draw(frame, cube->size, faces, pens->samples, log));
+  if (cube->first_level != CUBE_NONE)
+    TRY(cube_prefilter(&pens->prefilter, device, cube, &maps->texels, &maps->levels, log));
+  if (doubted) TRY(cube_doubts_draw(frame, &pens->doubt, cube, log));
+  if (!pens->marched) return STATUS_OK;
+  TRY(cube_capture_cells(capture, device, cube->size, &maps->texels, &maps->cells, log));
+  const bool taken = faces != CUBE_ALL_FACES;
+  if (taken || pens->lists || isinf(cube->hull_least)) return STATUS_OK;  // with lists the reflector itself is traced
+  left_out_set(pens, frame, cube->object, true);
+  TRY(cube_capture_aim(capture, device, frame->scene, cube, 0, pens->left_out, log));
+  TRY(hull_draw(frame, cube, log));
+
+done:
+  return status;
+}
+
+static Status pens_make(CubePens *out, Frame *frame, Log *log)
+{
+  Status status = STATUS_OK;
+  const FrameRequest *request = &frame->request;
+  const Plan *plan = &request->plan;
+  const bool by_chance = plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
+                         plan->environment_light == ENVIRONMENT_LIGHT_SH_AO ||
+                         plan_uses_shadows(plan, SHADOW_SET(SHADOWS_AREA)) || plan_samples_lobes(plan);
+  *out = (CubePens){.left_out = calloc((size_t)frame->scene->object_count + 1, sizeof *out->left_out),
+                    .samples = by_chance ? smaller(request->samples, CUBE_SAMPLES_MOST) : 1,
+                    .lists = plan_uses_lists(plan),
+                    .marched = cubes_are_marched(plan),
+                    .doubted = plan_uses_reflections(plan, REFLECTIONS_HYBRID)};
+  if (!out->left_out) return log_no_memory(log, "cube maps");
+  if (plan->rough_by_maps) TRY(cube_prefilter_make(&out->prefilter, frame->device, frame->reflectors.greatest_px, log));
+  if (out->doubted)
+    TRY(cube_doubt_make(&out->doubt, frame->device, frame->capacity, frame->reflectors.greatest_px, log));
+
+done:
+  return status;
+}
+
+static void pens_free(CubePens *pens)
+{
+  cube_doubt_free(&pens->doubt);
+  cube_prefilter_free(&pens->prefilter);
+  free(pens->left_out);
+}
+
 Status cubes_draw(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const FrameRequest request = frame->request;
   const CameraInfo camera = frame->camera.info;
-  const CubeInfo *cubes = frame->cubes_drawn.cubes;
-  const uint32_t objects = frame->scene->object_count;
-  CubeReflect maps = frame->cube_reflect;
-  bool by_chance = request.plan.environment_light == ENVIRONMENT_LIGHT_SAMPLED ||
-                   request.plan.environment_light == ENVIRONMENT_LIGHT_SH_AO ||
-                   plan_uses_shadows(&request.plan, SHADOW_SET(SHADOWS_AREA)) || plan_samples_lobes(&request.plan);
-  const bool marched = cubes_are_marched(&request.plan), lists = plan_uses_lists(&request.plan);
-  const bool doubted = plan_uses_reflections(&request.plan, REFLECTIONS_HYBRID);
-  const uint32_t samples = by_chance ? smaller(request.samples, CUBE_SAMPLES_MOST) : 1;
-  CubeDoubt doubt = {0};
-  CubePrefilter prefilter = {0};
-  uint32_t *left_out = calloc((size_t)objects + 1, sizeof *left_out);
-  if (!left_out) return log_no_memory(log, "cube maps");
+  const CubeOrder *order = &frame->cubes_drawn.order;
+  CubePens pens = {0};
+  TRY(pens_make(&pens, frame, log));
   frame->capturing = true;
-  frame->request.plan = plan_of_capture(&request.plan);
   frame->request.aovs = AOV_SET_NONE;
   frame->request.flat_background = false;
-  frame->cube_reflect.cube_count = 0;  // none is whole yet
   TRY(cube_capture_make(&frame->cube_capture, frame->device, frame->scene, frame->capacity, log));
-  if (request.plan.rough_by_maps)
-    TRY(cube_prefilter_make(&prefilter, frame->device, frame->reflectors.greatest_px, log));
-  if (doubted) TRY(cube_doubt_make(&doubt, frame->device, frame->capacity, frame->reflectors.greatest_px, log));
-  for (uint32_t i = 0; i < frame->cubes_drawn.count; i++) {
-    uint32_t faces = CUBE_ALL_FACES;
-    if (!lists && !doubted) TRY(cube_take(&faces, frame, i, log));
-    const bool taken = faces != CUBE_ALL_FACES;
-    frame->reflectors.faces_kept += CUBE_FACES - bits_count(faces);
-    if (!faces) continue;
-    for (uint32_t object = 0; object < objects; object++) left_out[object] = object == cubes[i].object;
-    near_objects_mark(&frame->near_objects, i, left_out);
-    TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], frame->cubes_drawn.nears_m[i],
-                         left_out, log));
-    if (cube_by_raster(frame, &cubes[i]))
-      TRY(cube_capture_raster(&frame->cube_capture, frame->device, frame->scene, &frame->raster_scene, left_out,
-                              frame->capacity, log));
-    TRY(faces_draw(frame, cubes[i].size, faces, samples, log));
-    if (cubes[i].first_level != CUBE_NONE)
-      TRY(cube_prefilter(&prefilter, frame->device, &cubes[i], &maps.texels, &maps.levels, log));
-    if (doubted) TRY(cube_doubts_draw(frame, &doubt, &cubes[i], log));
-    if (!marched) continue;
-    TRY(cube_capture_cells(&frame->cube_capture, frame->device, cubes[i].size, &frame->cube_reflect.texels,
-                           &frame->cube_reflect.cells, log));
-    if (taken || lists || isinf(cubes[i].hull_least)) continue;  // with lists the reflector itself is traced
-    for (uint32_t object = 0; object < objects; object++) left_out[object] = object != cubes[i].object;
-    TRY(cube_capture_aim(&frame->cube_capture, frame->device, frame->scene, &cubes[i], 0, left_out, log));
-    TRY(hull_draw(frame, &cubes[i], log));
+  const struct {
+    CubeSeen seen;
+    uint32_t first, end;
+  } parts[] = {{SEEN_IN_MIRRORS, order->first_deep, order->count},
+               {SEEN_ROUGH, order->mirrors, order->first_deep},
+               {SEEN, 0, order->mirrors}};
+  for (size_t part = 0; part < sizeof parts / sizeof *parts; part++) {
+    frame->request.plan = plan_of_capture(&request.plan, parts[part].seen);
+    for (uint32_t i = parts[part].first; i < parts[part].end; i++) TRY(cube_draw(frame, i, &pens, log));
   }
-  if (lists) TRY(near_objects_draw(frame, cubes, samples, log));
+  if (pens.lists) TRY(near_objects_draw(frame, frame->cubes_drawn.cubes, pens.samples, log));
   TRY(device_finish(frame->device, log));
+  frame->cube_reflect.looked_up = frame->cube_reflect.left = 0;
 
 done:
   cube_capture_free(&frame->cube_capture);
-  cube_doubt_free(&doubt);
-  cube_prefilter_free(&prefilter);
-  frame->cube_reflect = maps;
+  pens_free(&pens);
   frame->camera.info = camera;
   frame->request = request;
   frame->capturing = false;
-  free(left_out);
   return status;
 }

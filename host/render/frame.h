@@ -61,9 +61,13 @@ enum { FRAME_STREAMS = 64 };
 // Which reflectors have cube maps.
 typedef struct ReflectorSummary {
   uint32_t visible;                // to the camera
+  uint32_t within;                 // to it by way of another one; not looked for where cubes do not answer that
+  uint32_t within_alone;           // of these, not to the camera
+  uint32_t unseen;                 // objects that reflect, of which neither is true
+  uint32_t deep_cubes;             // of all, for what reflectors show of others
   uint32_t rough;                  // of these, those of which no mirror is seen
   uint32_t levels;                 // of all maps: prefiltered ones
-  uint32_t left_out;               // of all, without a map for want of memory
+  uint32_t left_out;               // without a map for want of memory
   uint32_t flat, without_gain;     // without one for hybrid reflections: flat, or rays are quicker
   double rays_ms, hybrid_ms;       // predicted for those that are not flat (plan/reflection_cost.h)
   uint32_t least_px, greatest_px;  // sizes of the maps

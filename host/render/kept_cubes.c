@@ -16,20 +16,20 @@ float cube_near_m(const DeviceScene *scene, const CubeInfo *cube)
   return (float)fmin(4e-5 * scene->extent_m, 0.05 * fmin(size.x, fmin(size.y, size.z)));
 }
 
-Status cube_record_make(CubeRecord *out, const Frame *frame, const CubeInfo *cubes, uint32_t count, uint32_t mirrors,
-                        Log *log)
+Status cube_record_make(CubeRecord *out, const Frame *frame, const CubeInfo *cubes, const CubeOrder *order, Log *log)
 {
   const DeviceScene *scene = frame->scene;
-  CubeRecord record = {
-      .count = count, .mirrors = mirrors, .light_count = scene->light_count, .camera = frame->camera.info};
-  record.cubes = calloc((size_t)count + 1, sizeof *record.cubes);
-  record.nears_m = calloc((size_t)count + 1, sizeof *record.nears_m);
+  const size_t count = order->count;
+  CubeRecord record = {.order = *order, .light_count = scene->light_count, .camera = frame->camera.info};
+  record.cubes = calloc(count + 1, sizeof *record.cubes);
+  record.nears_m = calloc(count + 1, sizeof *record.nears_m);
+  record.redrawn = calloc(count + 1, sizeof *record.redrawn);
   record.lights = calloc((size_t)scene->light_count + 1, sizeof *record.lights);
-  if (!record.cubes || !record.nears_m || !record.lights) {
+  if (!record.cubes || !record.nears_m || !record.redrawn || !record.lights) {
     cube_record_free(&record);
     return log_no_memory(log, "cube maps");
   }
-  for (uint32_t i = 0; i < count; i++) {
+  for (size_t i = 0; i < count; i++) {
     record.cubes[i] = cubes[i];
     record.nears_m[i] = cube_near_m(scene, &cubes[i]);
   }
@@ -42,6 +42,7 @@ void cube_record_free(CubeRecord *record)
 {
   free(record->cubes);
   free(record->nears_m);
+  free(record->redrawn);
   free(record->lights);
   *record = (CubeRecord){0};
 }
@@ -67,17 +68,28 @@ static bool is_same_cube(const CubeRecord *now, uint32_t cube, const CubeRecord 
          memcmp(&now->nears_m[cube], &then->nears_m[index], sizeof *now->nears_m) == 0;
 }
 
+// The same cube of another record, of those that the same see; CUBE_NONE.
+static uint32_t same_cube(const CubeRecord *record, uint32_t cube, const CubeRecord *other)
+{
+  const CubeOrder *order = &record->order, *others = &other->order;
+  const bool mirror = cube < order->mirrors, deep = cube >= order->first_deep;
+  const uint32_t end = mirror ? others->mirrors : deep ? others->count : others->first_deep;
+  uint32_t index = mirror ? 0 : deep ? others->first_deep : others->mirrors;
+  while (index < end && !is_same_cube(record, cube, other, index)) index++;
+  return index < end ? index : CUBE_NONE;
+}
+
 bool cubes_stayed(const Frame *frame)
 {
   const Frame *before = frame->request.before;
   const CubeRecord *now = &frame->cubes_drawn;
   if (!before || frame->scene->mover_count || !light_stayed(frame, before)) return false;
   const CubeRecord *then = &before->cubes_drawn;
-  if (now->count != then->count || now->mirrors != then->mirrors) return false;
+  if (memcmp(&now->order, &then->order, sizeof now->order) != 0) return false;
   if (plan_uses_reflections(&frame->request.plan, REFLECTIONS_HYBRID) &&
       memcmp(&now->camera, &then->camera, sizeof now->camera) != 0)
     return false;
-  for (uint32_t i = 0; i < now->count; i++)
+  for (uint32_t i = 0; i < now->order.count; i++)
     if (!is_same_cube(now, i, then, i)) return false;
   return true;
 }
@@ -87,16 +99,30 @@ static bool is_local(const Plan *plan, const DeviceScene *scene)
 {
   const bool sampled =
       plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
-  const bool reflects = plan->reflected_rays && plan->reflections != REFLECTIONS_ENVIRONMENT;
+  const bool reflects = plan->reflected_rays && !reflections_use_maps(plan->reflections);
   const bool sharp = !plan_uses_shadows(plan, ~SHADOW_SET_SHARP);
   return !reflects && !(sampled && scene->environment_lights) && sharp;
 }
 
-static bool face_stayed(const Frame *frame, const CameraInfo *camera)
+// May a mirror be drawn in the view, or in any, whose deep cube shows on this one and is not as it was?
+static bool changed_cubes_seen(const Frame *frame, uint32_t cube, const RasterView *view)
+{
+  if (cube >= frame->cubes_drawn.order.mirrors) return false;
+  const CubeRecord *records[] = {&frame->cubes_drawn, &frame->request.before->cubes_drawn};
+  for (int k = 0; k < 2; k++)
+    for (uint32_t i = records[k]->order.first_deep; i < records[k]->order.count; i++) {
+      const bool changed = k == 0 ? records[0]->redrawn[i] : same_cube(records[1], i, records[0]) == CUBE_NONE;
+      if (changed && (!view || object_seen(frame->scene, records[k]->cubes[i].object, view))) return true;
+    }
+  return false;
+}
+
+static bool face_stayed(const Frame *frame, uint32_t cube, const CameraInfo *camera)
 {
   const DeviceScene *scene = frame->scene;
   const RasterView view = raster_view_of_camera(camera);
   if (movers_seen(scene, &view)) return false;
+  if (changed_cubes_seen(frame, cube, &view)) return false;
   for (uint32_t i = 0; i < scene->light_count && frame->request.plan.shadow_rays; i++)
     if (mover_shadows_seen(scene, &scene->light_infos[i], &view)) return false;
   return true;
@@ -108,12 +134,12 @@ static uint32_t faces_changed(const Frame *frame, uint32_t cube)
   const CubeInfo *info = &frame->cubes_drawn.cubes[cube];
   CameraInfo cameras[CUBE_FACES];
   uint32_t changed = 0;
-  if (frame->scene->mover_count == 0) return 0;
+  if (frame->scene->mover_count == 0 && !changed_cubes_seen(frame, cube, NULL)) return 0;
   if (!is_local(&frame->request.plan, frame->scene)) return CUBE_ALL_FACES;
   const Float3 at = info->center;
   cube_cameras(cameras, info->size, vec3(at.x, at.y, at.z), frame->cubes_drawn.nears_m[cube]);
   for (uint32_t face = 0; face < CUBE_FACES; face++)
-    if (!face_stayed(frame, &cameras[face])) changed |= 1u << face;
+    if (!face_stayed(frame, cube, &cameras[face])) changed |= 1u << face;
   const bool whole_bins = info->size % (BIN_TILES * TILE_SIZE) == 0;  // a face's tiles are numbered in a row
   return changed && !whole_bins ? CUBE_ALL_FACES : changed;
 }
@@ -152,13 +178,13 @@ Status cube_take(uint32_t *faces, Frame *frame, uint32_t cube, Log *log)
   const CubeRecord *now = &frame->cubes_drawn;
   const CubeInfo *info = &now->cubes[cube];
   const size_t face_words = 4 * (size_t)info->size * info->size;
-  uint32_t index = 0;
   *faces = CUBE_ALL_FACES;
+  frame->cubes_drawn.redrawn[cube] = true;
   if (!before || !light_stayed(frame, before)) return STATUS_OK;
   const CubeRecord *then = &before->cubes_drawn;
-  while (index < then->count && !is_same_cube(now, cube, then, index)) index++;
-  if (index == then->count) return STATUS_OK;
-  uint32_t changed = faces_changed(frame, cube);
+  const uint32_t index = same_cube(now, cube, then);
+  if (index == CUBE_NONE) return STATUS_OK;
+  const uint32_t changed = faces_changed(frame, cube);
   if (changed == CUBE_ALL_FACES) return STATUS_OK;
   TRY(cube_copy(frame, info, &then->cubes[index], log));
   for (uint32_t face = 0; face < CUBE_FACES; face++)
@@ -166,6 +192,7 @@ Status cube_take(uint32_t *faces, Frame *frame, uint32_t cube, Log *log)
       TRY(buffer_fill_part(frame->device, &frame->cube_reflect.texels,
                            4 * (size_t)info->first_texel + face * face_words, face_words, 0, log));
   *faces = changed;
+  frame->cubes_drawn.redrawn[cube] = changed != 0;
 
 done:
   return status;

@@ -6,19 +6,24 @@
 
 typedef struct Frame Frame;
 
+// First come the cubes of what the camera sees, mirrors' first, then deep ones, of mirrors that it sees in others.
+typedef struct CubeOrder {
+  uint32_t count, mirrors, first_deep;
+} CubeOrder;
+
 // What a frame's cube maps were drawn of.
 typedef struct CubeRecord {
-  CubeInfo *cubes;    // [count], the host's copy
-  float *nears_m;     // [count], nothing nearer to the centre is in them
+  CubeInfo *cubes;    // [order.count], the host's copy
+  float *nears_m;     // [the same], nothing nearer to the centre is in them
+  bool *redrawn;      // [the same], faces of them are not those of the frame before
   LightInfo *lights;  // [light_count], as they were
-  uint32_t count, mirrors;
+  CubeOrder order;
   uint32_t light_count;
   CameraInfo camera;  // of the picture
 } CubeRecord;
 
 // Errors: STATUS_NO_MEMORY.
-Status cube_record_make(CubeRecord *out, const Frame *frame, const CubeInfo *cubes, uint32_t count, uint32_t mirrors,
-                        Log *log);
+Status cube_record_make(CubeRecord *out, const Frame *frame, const CubeInfo *cubes, const CubeOrder *order, Log *log);
 void cube_record_free(CubeRecord *record);
 
 // What is nearer to a cube's centre is within the reflector, or nearer than a picture of the whole scene tells apart.
@@ -31,7 +36,8 @@ bool cubes_stayed(const Frame *frame);
 enum { CUBE_ALL_FACES = (1 << CUBE_FACES) - 1 };
 
 // Takes one cube from the frame before, where it had the same, and says which faces are to be drawn anew: bit f of
-// *faces; their texels are zero. A face stays when nothing that moved is seen on it, nor the shadow of that, and light
-// and shadows are found as before. Where things are seen by way of others (deep reflections, sampled environment), or
+// *faces; their texels are zero. Deep cubes are taken before others. A face stays when nothing that moved is seen on
+// it, nor the shadow of that, light and shadows are found as before, and no mirror is seen on it whose deep cube, which
+// shows there, has changed. Where things are seen by way of others (deep reflections by rays, sampled environment), or
 // maps blur shadows, nothing stays once something moves. Errors: STATUS_DEVICE.
 Status cube_take(uint32_t *faces, Frame *frame, uint32_t cube, Log *log);

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "render/mirrors_within.h"
 #include "shared/stream.h"
 
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
@@ -20,17 +21,17 @@ static bool reflects_nothing(const Material *material)
   return material->unlit || (material->metallic >= 1 && base[0] + base[1] + base[2] <= 0);
 }
 
-// What the rays of a wave see, read back.
+// What the rays of a wave see, read back; ways of rays up to RAY_T_MAX, [RAY_T_MAX][rays].
 typedef struct SeenWave {
   uint32_t *ids;
-  float *t, *fields;  // HIT_T; of rays up to RAY_T_MAX, [RAY_T_MAX][capacity]
-  uint32_t capacity;
+  float *t, *ways;
+  uint32_t rays;
 } SeenWave;
 
 static RoughSight seen_sight(const SeenWave *wave, uint32_t ray)
 {
   double at[RAY_T_MAX];
-  for (uint32_t field = 0; field < RAY_T_MAX; field++) at[field] = (double)wave->fields[field * wave->capacity + ray];
+  for (uint32_t field = 0; field < RAY_T_MAX; field++) at[field] = (double)wave->ways[field * wave->rays + ray];
   const Vec3 way =
       vec3_scale(vec3(at[RAY_DIRECTION_X], at[RAY_DIRECTION_Y], at[RAY_DIRECTION_Z]), (double)wave->t[ray]);
   return (RoughSight){vec3_add(vec3(at[RAY_ORIGIN_X], at[RAY_ORIGIN_Y], at[RAY_ORIGIN_Z]), way), way};
@@ -39,11 +40,11 @@ static RoughSight seen_sight(const SeenWave *wave, uint32_t ray)
 static Status wave_read(SeenWave *out, Frame *frame, uint32_t rays, Log *log)
 {
   Status status = STATUS_OK;
+  out->rays = rays;
   TRY(buffer_read(frame->device, &frame->hits.ids, out->ids, rays * sizeof *out->ids, log));
   if (!frame->request.plan.rough_by_maps) return STATUS_OK;
   TRY(buffer_read(frame->device, &frame->hits.hits, out->t, rays * sizeof *out->t, log));
-  TRY(buffer_read(frame->device, &frame->streams[0].rays, out->fields,
-                  (size_t)RAY_T_MAX * out->capacity * sizeof *out->fields, log));
+  TRY(ray_stream_read(out->ways, frame->device, &frame->streams[0], RAY_T_MAX, rays, log));
 
 done:
   return status;
@@ -52,6 +53,13 @@ done:
 static float roughness_of(const Material *material, const DeviceScene *scene)
 {
   return material->metallic_roughness_slot.texture != NONE ? scene->least_roughness : material->roughness;
+}
+
+bool material_asks_levels(const Material *material, const Frame *frame)
+{
+  const Plan *plan = &frame->request.plan;
+  return plan->rough_by_maps && !material_is_mirror(material) && !reflects_nothing(material) &&
+         roughness_of(material, frame->scene) <= plan->max_roughness;
 }
 
 void reflector_see_rough(Reflector *reflector, uint32_t object, float roughness, const RoughSight *sight)
@@ -66,11 +74,9 @@ void reflector_see_rough(Reflector *reflector, uint32_t object, float roughness,
     reflector->sight = *sight;
 }
 
-// Counts one more pixel for the object of a triangle, where a ray of a wave meets it.
-static void reflector_count(Reflector *reflectors, const Frame *frame, const uint32_t *starts, const SeenWave *wave,
-                            uint32_t ray)
+void reflector_see(Reflector *reflectors, const Frame *frame, const uint32_t *starts, uint32_t triangle,
+                   const RoughSight *sight)
 {
-  const uint32_t triangle = wave->ids[ray];
   const Scene *scene = frame->scene->source;
   uint32_t object = object_of_triangle(starts, scene->object_count, triangle);
   const Mesh *mesh = &scene->meshes[scene->objects[object].mesh];
@@ -82,11 +88,8 @@ static void reflector_count(Reflector *reflectors, const Frame *frame, const uin
   Reflector *reflector = &reflectors[object];
   reflector->object = object;
   if (!material_is_mirror(material)) {
-    const float roughness = roughness_of(material, frame->scene);
-    if (!frame->request.plan.rough_by_maps || reflects_nothing(material)) return;
-    if (roughness > frame->request.plan.max_roughness) return;
-    const RoughSight sight = seen_sight(wave, ray);
-    reflector_see_rough(reflector, object, roughness, &sight);
+    if (sight && material_asks_levels(material, frame))
+      reflector_see_rough(reflector, object, roughness_of(material, frame->scene), sight);
     return;
   }
   MirrorPlane plane;
@@ -98,7 +101,17 @@ static void reflector_count(Reflector *reflectors, const Frame *frame, const uin
   reflector->pixels++;
 }
 
-Status mirrors_see(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *log)
+static void wave_count(Reflector *reflectors, const Frame *frame, const uint32_t *starts, const SeenWave *wave)
+{
+  RoughSight sight = {0};
+  for (uint32_t i = 0; i < wave->rays; i++) {
+    if (wave->ids[i] == HIT_NONE) continue;
+    if (frame->request.plan.rough_by_maps) sight = seen_sight(wave, i);
+    reflector_see(reflectors, frame, starts, wave->ids[i], &sight);
+  }
+}
+
+Status mirrors_see(Reflector *reflectors, Reflector *within, uint32_t *factor, Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const DeviceScene *scene = frame->scene;
@@ -108,13 +121,12 @@ Status mirrors_see(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *l
   CameraInfo info = camera_info_blocks(whole, *factor);
   uint32_t tiles = info.tiles_per_row * ((info.height + TILE_SIZE - 1) / TILE_SIZE);
   uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
-  const uint32_t wave_most = wave_tiles * TILE_PIXELS, capacity = frame->streams[0].capacity;
+  const uint32_t wave_most = wave_tiles * TILE_PIXELS;
   SeenWave seen = {.ids = malloc(wave_most * sizeof *seen.ids),
                    .t = malloc(wave_most * sizeof *seen.t),
-                   .fields = malloc((size_t)RAY_T_MAX * capacity * sizeof *seen.fields),
-                   .capacity = capacity};
+                   .ways = malloc((size_t)RAY_T_MAX * wave_most * sizeof *seen.ways)};
   uint32_t *starts = malloc(((size_t)scene->object_count + 1) * sizeof *starts);
-  if (!seen.ids || !seen.t || !seen.fields || !starts) {
+  if (!seen.ids || !seen.t || !seen.ways || !starts) {
     status = log_no_memory(log, "reflectors");
     goto done;
   }
@@ -128,15 +140,15 @@ Status mirrors_see(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *l
     TRY(trace_closest(&frame->tracer, frame->device, scene, &frame->streams[0], rays, info.near_m, &frame->hits,
                       RAYS_COHERENT, "look for reflectors", log));
     TRY(wave_read(&seen, frame, rays, log));
-    for (uint32_t i = 0; i < rays; i++)
-      if (seen.ids[i] != HIT_NONE) reflector_count(reflectors, frame, starts, &seen, i);
+    wave_count(reflectors, frame, starts, &seen);
+    if (within) TRY(mirrors_within_see(within, frame, starts, &wave, &info, log));
   }
 
 done:
   camera_rays_free(&camera);
   free(seen.ids);
   free(seen.t);
-  free(seen.fields);
+  free(seen.ways);
   free(starts);
   return status;
 }

@@ -33,9 +33,18 @@ typedef struct Reflector {
 // The side of which most is seen.
 const Side *reflector_side(const Reflector *reflector);
 
+// Are cubes' levels asked for what its rough surface reflects?
+bool material_asks_levels(const Material *material, const Frame *frame);
+
 // Counts one more pixel that shows a rough surface of the object.
 void reflector_see_rough(Reflector *reflector, uint32_t object, float roughness, const RoughSight *sight);
 
+// Counts one more pixel for the object of a triangle where that is seen, with `sight` NULL its mirrors alone. `starts`
+// are the objects' first triangles.
+void reflector_see(Reflector *reflectors, const Frame *frame, const uint32_t *starts, uint32_t triangle,
+                   const RoughSight *sight);
+
 // Fills reflectors[object] for all objects, [object_count], which are zero before, by tracing the picture at no more
-// than SIGHT_PX pixels a side; *factor is how many pixels of the picture each of its pixels is wide.
-Status mirrors_see(Reflector *reflectors, uint32_t *factor, Frame *frame, Log *log);
+// than SIGHT_PX pixels a side; *factor is how many pixels of the picture each of its pixels is wide. Unless it is NULL,
+// within[object] is the same for mirrors that are seen in mirrors (render/mirrors_within.h).
+Status mirrors_see(Reflector *reflectors, Reflector *within, uint32_t *factor, Frame *frame, Log *log);
