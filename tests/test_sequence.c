@@ -66,7 +66,8 @@ static const char *stage_save(void)
 }
 
 // A mirror that shows another one to its right, which is out of sight and shows what is above it: there a box moves.
-// Neither is the box on the side of the first mirror's cube on which the second mirror is.
+// Neither is the box on the side of the first mirror's cube on which the second mirror is. To the left a spot light
+// shines along the floor.
 static const char *two_mirrors_save(void)
 {
   static GltfBuild build;
@@ -75,22 +76,25 @@ static const char *two_mirrors_save(void)
   GLTF_FLOATS(&build, "SCALAR", 2, 0, 1);
   GLTF_FLOATS(&build, "VEC3", 2, 10, 15, -3, 10, 15, 3);
   GLTF_FLOATS(&build, "VEC3", 2, -4, 2, 9, 4, 2, 9);
+  GLTF_FLOATS(&build, "VEC3", 2, -8, 1, 6, -7, 1, 7);
   return gltf_save(&build, "%s",
-                   "'scene':0,'scenes':[{'nodes':[0,1,2,3,4,5]}],"
+                   "'scene':0,'scenes':[{'nodes':[0,1,2,3,4,5,6]}],"
                    "'nodes':[{'name':'floor','mesh':0,'translation':[0,-0.1,0],'scale':[14,0.1,8]},"
                    "{'name':'mirror','mesh':1,'translation':[0,1.2,0],'rotation':[0,0.3826834,0,0.9238795]},"
                    "{'name':'other','mesh':1,'translation':[10,1.2,0],'rotation':[0,0,0.3826834,0.9238795]},"
                    "{'name':'box','mesh':0,'translation':[10,15,0],'scale':[1.5,1.5,1.5]},"
                    "{'name':'lamp','translation':[5,8,3],'extensions':{'KHR_lights_punctual':{'light':0}}},"
-                   "{'name':'eye','translation':[0,2,9],'camera':0}],"
+                   "{'name':'eye','translation':[0,2,9],'camera':0},"
+                   "{'name':'spot','translation':[-8,1,6],'extensions':{'KHR_lights_punctual':{'light':1}}}],"
                    "'cameras':[{'type':'perspective','perspective':{'yfov':0.5,'znear':0.1}}],"
                    "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'indices':1,'material':0}]},"
                    "{'primitives':[{'attributes':{'POSITION':0},'indices':1,'material':1}]}],"
                    "'materials':[{'pbrMetallicRoughness':{'metallicFactor':0}},"
                    "{'pbrMetallicRoughness':{'metallicFactor':1,'roughnessFactor':0}}],"
                    "'extensionsUsed':['KHR_lights_punctual'],"
-                   "'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','intensity':400}]}},"
-                   "'animations':[" TRACK("box", 3, 3) "," TRACK("eye", 4, 5) "]");
+                   "'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','intensity':400},"
+                   "{'type':'spot','intensity':900,'spot':{'innerConeAngle':0.1,'outerConeAngle':0.3}}]}},"
+                   "'animations':[" TRACK("box", 3, 3) "," TRACK("eye", 4, 5) "," TRACK("spot", 5, 6) "]");
 }
 
 // What was kept in the second frame.
@@ -254,6 +258,15 @@ static void what_moves_in_a_mirror_in_a_mirror_is_followed(void **state)
   assert_int_equal(kept.deep_cubes, 1);
 }
 
+// Of the first mirror's cube the sides that look to the left, ahead, and on the second mirror; of that one's the left.
+static void a_moving_spot_light_redraws_the_faces_that_it_may_light(void **state)
+{
+  const char *scene = two_mirrors_save();
+  assert_int_equal(frames_render(scene, "spot", (Methods){"rays", "box", "box"}).faces, 8);
+  assert_int_equal(frames_render(scene, "spot", (Methods){"pcf", "cube", "environment"}).faces, 4);
+  assert_int_equal(frames_render(scene, "spot", (Methods){"rays", "box", "rays"}).faces, 0);
+}
+
 static void frames_and_their_names_are_checked(void **state)
 {
   const char *scene = stage_save();
@@ -314,6 +327,7 @@ int main(void)
       cmocka_unit_test(what_casts_no_shadow_leaves_maps_as_they_are),
       cmocka_unit_test(what_is_out_of_sight_moves_its_shadow),
       cmocka_unit_test(what_moves_in_a_mirror_in_a_mirror_is_followed),
+      cmocka_unit_test(a_moving_spot_light_redraws_the_faces_that_it_may_light),
       cmocka_unit_test(frames_and_their_names_are_checked),
       cmocka_unit_test(a_view_of_all_holds_what_moves),
       cmocka_unit_test(all_frames_are_those_of_the_animation),

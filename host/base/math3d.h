@@ -42,6 +42,14 @@ static inline Vec3 vec3_unit_or(Vec3 a, Vec3 fallback)
 
 static inline bool vec3_is_finite(Vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
 
+// Corners of a box: bits of a corner's number tell on which side of x, y and z it is.
+enum { BOX_CORNERS = 8 };
+static inline void box_corners(Vec3 out[BOX_CORNERS], Vec3 low, Vec3 high)
+{
+  for (int i = 0; i < BOX_CORNERS; i++)
+    out[i] = vec3(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
+}
+
 Mat4 mat4_identity(void);
 Mat4 mat4_mul(Mat4 a, Mat4 b);
 

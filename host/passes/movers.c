@@ -2,14 +2,6 @@
 
 #include "passes/raster_view.h"
 
-enum { CORNERS = 8 };
-
-static void corners_of(Vec3 out[CORNERS], Vec3 low, Vec3 high)
-{
-  for (int i = 0; i < CORNERS; i++)
-    out[i] = vec3(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
-}
-
 static bool casts(const DeviceScene *scene, const Mover *mover)
 {
   return !scene->source->objects[mover->object].shadowless;
@@ -17,11 +9,10 @@ static bool casts(const DeviceScene *scene, const Mover *mover)
 
 static bool any_seen(const DeviceScene *scene, const RasterView *view, bool casters_alone)
 {
-  Vec3 corners[CORNERS];
   for (uint32_t i = 0; i < scene->mover_count; i++) {
-    if (casters_alone && !casts(scene, &scene->movers[i])) continue;
-    corners_of(corners, scene->movers[i].low, scene->movers[i].high);
-    if (raster_view_may_see(view, corners, CORNERS)) return true;
+    const Mover *mover = &scene->movers[i];
+    if (casters_alone && !casts(scene, mover)) continue;
+    if (raster_view_may_see_box(view, mover->low, mover->high)) return true;
   }
   return false;
 }
@@ -29,14 +20,6 @@ static bool any_seen(const DeviceScene *scene, const RasterView *view, bool cast
 bool movers_seen(const DeviceScene *scene, const RasterView *view) { return any_seen(scene, view, false); }
 
 bool moved_casters_seen(const DeviceScene *scene, const RasterView *view) { return any_seen(scene, view, true); }
-
-bool object_seen(const DeviceScene *scene, uint32_t object, const RasterView *view)
-{
-  Vec3 low, high, corners[CORNERS];
-  if (!scene_object_bounds(scene->source, object, &low, &high)) return false;
-  corners_of(corners, low, high);
-  return raster_view_may_see(view, corners, CORNERS);
-}
 
 // Where a corner's shadow ends: beyond all of the scene. Box and ends hold the shadow, as light that is farther from
 // the box than that is wide sees it under less than 60 degrees.
@@ -49,14 +32,15 @@ static Vec3 shadow_end(const LightInfo *light, Vec3 corner, double way_m)
 
 static bool shadow_seen(const DeviceScene *scene, const Mover *mover, const LightInfo *light, const RasterView *view)
 {
-  Vec3 points[2 * CORNERS];
+  Vec3 points[2 * BOX_CORNERS];
   const Float3 p = light->position;
   const Vec3 at = vec3(p.x, p.y, p.z), nearest = vec3_min(vec3_max(at, mover->low), mover->high);
   const double wide_m = vec3_length(vec3_sub(mover->high, mover->low)), away_m = vec3_length(vec3_sub(at, nearest));
   if (light->kind != LIGHT_KIND_DIRECTIONAL && !(away_m > wide_m)) return true;
-  corners_of(points, mover->low, mover->high);
-  for (int i = 0; i < CORNERS; i++) points[CORNERS + i] = shadow_end(light, points[i], 4 * (scene->extent_m + wide_m));
-  return raster_view_may_see(view, points, 2 * CORNERS);
+  box_corners(points, mover->low, mover->high);
+  for (int i = 0; i < BOX_CORNERS; i++)
+    points[BOX_CORNERS + i] = shadow_end(light, points[i], 4 * (scene->extent_m + wide_m));
+  return raster_view_may_see(view, points, 2 * BOX_CORNERS);
 }
 
 bool mover_shadows_seen(const DeviceScene *scene, const LightInfo *light, const RasterView *view)

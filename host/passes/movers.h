@@ -8,8 +8,5 @@
 bool movers_seen(const DeviceScene *scene, const RasterView *view);
 bool moved_casters_seen(const DeviceScene *scene, const RasterView *view);
 
-// The same of an object, where it is.
-bool object_seen(const DeviceScene *scene, uint32_t object, const RasterView *view);
-
 // May anything be that is in the shadow of what moved, there or there? Of a point, or of parallel light.
 bool mover_shadows_seen(const DeviceScene *scene, const LightInfo *light, const RasterView *view);

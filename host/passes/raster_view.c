@@ -109,3 +109,10 @@ bool raster_view_may_see(const RasterView *view, const Vec3 *points_world, uint3
     if (farthest_inside(planes[i], wide(view->origin), points_world, count) < -rounding) return false;
   return true;
 }
+
+bool raster_view_may_see_box(const RasterView *view, Vec3 low, Vec3 high)
+{
+  Vec3 corners[BOX_CORNERS];
+  box_corners(corners, low, high);
+  return raster_view_may_see(view, corners, BOX_CORNERS);
+}

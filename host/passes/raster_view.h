@@ -20,3 +20,4 @@ RasterView raster_view_of_map(const Mat4 *map_from_world, Vec3 origin_world, uin
 // May something of the convex hull of points be drawn in the view? Depths count only where they are not before the eye.
 // True where that is not sure.
 bool raster_view_may_see(const RasterView *view, const Vec3 *points_world, uint32_t count);
+bool raster_view_may_see_box(const RasterView *view, Vec3 low_world, Vec3 high_world);

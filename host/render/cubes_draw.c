@@ -112,6 +112,7 @@ typedef struct CubePens {
   uint32_t *left_out;  // [object_count]
   uint32_t samples;
   bool lists, marched, doubted;
+  CubeChanges changes;
 } CubePens;
 
 // Leaves out one object, or all others.
@@ -129,7 +130,7 @@ static Status cube_draw(Frame *frame, uint32_t i, const CubePens *pens, Log *log
   const CubeInfo *cube = &frame->cubes_drawn.cubes[i];
   const bool doubted = pens->doubted && i < frame->cubes_drawn.order.first_deep;
   uint32_t faces = CUBE_ALL_FACES;
-  if (!pens->lists && !pens->doubted) TRY(cube_take(&faces, frame, i, log));
+  if (!pens->lists && !pens->doubted) TRY(cube_take(&faces, frame, i, &pens->changes, log));
   frame->reflectors.faces_kept += CUBE_FACES - bits_count(faces);
   if (!faces) return STATUS_OK;
   left_out_set(pens, frame, cube->object, false);
@@ -170,6 +171,7 @@ static Status pens_make(CubePens *out, Frame *frame, Log *log)
   if (plan->rough_by_maps) TRY(cube_prefilter_make(&out->prefilter, frame->device, frame->reflectors.greatest_px, log));
   if (out->doubted)
     TRY(cube_doubt_make(&out->doubt, frame->device, frame->capacity, frame->reflectors.greatest_px, log));
+  TRY(cube_changes_make(&out->changes, frame, log));
 
 done:
   return status;
@@ -179,6 +181,7 @@ static void pens_free(CubePens *pens)
 {
   cube_doubt_free(&pens->doubt);
   cube_prefilter_free(&pens->prefilter);
+  cube_changes_free(&pens->changes);
   free(pens->left_out);
 }
 

@@ -47,16 +47,31 @@ void cube_record_free(CubeRecord *record)
   *record = (CubeRecord){0};
 }
 
-// Are there the same lights, and are their shadows found by the same maps?
-static bool light_stayed(const Frame *frame, const Frame *before)
+// Are a light's shadows found by the same maps? Where these lie may differ.
+static bool is_same_map(const ShadowMaps *now, const ShadowMaps *then, uint32_t light)
+{
+  if (light >= now->light_count || light >= then->light_count) return now->light_count == then->light_count;
+  ShadowInfo a = now->lights[light], b = then->lights[light];
+  const ShadowView *views = now->view_table + a.first_view, *views_then = then->view_table + b.first_view;
+  a.first_view = b.first_view = a.first_texel = b.first_texel = 0;
+  return memcmp(&a, &b, sizeof a) == 0 &&
+         (a.view_count == 0 || memcmp(views, views_then, a.view_count * sizeof *views) == 0);
+}
+
+// Is a light as it was, and its shadows? Both frames have it.
+static bool light_stayed(const Frame *frame, const Frame *before, uint32_t light)
 {
   const CubeRecord *now = &frame->cubes_drawn, *then = &before->cubes_drawn;
-  const ShadowMaps *maps = &frame->shadow_maps, *maps_then = &before->shadow_maps;
-  return now->light_count == then->light_count &&
-         memcmp(now->lights, then->lights, now->light_count * sizeof *now->lights) == 0 &&
-         maps->view_count == maps_then->view_count &&
-         (maps->view_count == 0 ||
-          memcmp(maps->view_table, maps_then->view_table, maps->view_count * sizeof *maps->view_table) == 0);
+  return memcmp(&now->lights[light], &then->lights[light], sizeof *now->lights) == 0 &&
+         is_same_map(&frame->shadow_maps, &before->shadow_maps, light);
+}
+
+static bool lights_stayed(const Frame *frame, const Frame *before)
+{
+  const uint32_t count = frame->cubes_drawn.light_count;
+  bool stayed = count == before->cubes_drawn.light_count;
+  for (uint32_t i = 0; i < count && stayed; i++) stayed = light_stayed(frame, before, i);
+  return stayed;
 }
 
 static bool is_same_cube(const CubeRecord *now, uint32_t cube, const CubeRecord *then, uint32_t index)
@@ -83,7 +98,7 @@ bool cubes_stayed(const Frame *frame)
 {
   const Frame *before = frame->request.before;
   const CubeRecord *now = &frame->cubes_drawn;
-  if (!before || frame->scene->mover_count || !light_stayed(frame, before)) return false;
+  if (!before || frame->scene->mover_count || !lights_stayed(frame, before)) return false;
   const CubeRecord *then = &before->cubes_drawn;
   if (memcmp(&now->order, &then->order, sizeof now->order) != 0) return false;
   if (plan_uses_reflections(&frame->request.plan, REFLECTIONS_HYBRID) &&
@@ -94,54 +109,95 @@ bool cubes_stayed(const Frame *frame)
   return true;
 }
 
-// Is what a face shows changed by what is seen on it, and shadows there, alone? `plan` is that of captures.
+// Are other things seen on a face than those in its view? `plan` is that of captures.
+static bool sees_beyond(const Plan *plan) { return plan->reflected_rays && !reflections_use_maps(plan->reflections); }
+
+// Is what a face shows changed by what is seen on it, and shadows there, alone?
 static bool is_local(const Plan *plan, const DeviceScene *scene)
 {
   const bool sampled =
       plan->environment_light == ENVIRONMENT_LIGHT_SAMPLED || plan->environment_light == ENVIRONMENT_LIGHT_SH_AO;
-  const bool reflects = plan->reflected_rays && !reflections_use_maps(plan->reflections);
   const bool sharp = !plan_uses_shadows(plan, ~SHADOW_SET_SHARP);
-  return !reflects && !(sampled && scene->environment_lights) && sharp;
+  return !(sampled && scene->environment_lights) && sharp;
 }
 
 // May a mirror be drawn in the view, or in any, whose deep cube shows on this one and is not as it was?
-static bool changed_cubes_seen(const Frame *frame, uint32_t cube, const RasterView *view)
+static bool changed_cubes_seen(const Frame *frame, uint32_t cube, const CubeChanges *changes, const RasterView *view)
 {
   if (cube >= frame->cubes_drawn.order.mirrors) return false;
   const CubeRecord *records[] = {&frame->cubes_drawn, &frame->request.before->cubes_drawn};
   for (int k = 0; k < 2; k++)
     for (uint32_t i = records[k]->order.first_deep; i < records[k]->order.count; i++) {
       const bool changed = k == 0 ? records[0]->redrawn[i] : same_cube(records[1], i, records[0]) == CUBE_NONE;
-      if (changed && (!view || object_seen(frame->scene, records[k]->cubes[i].object, view))) return true;
+      const ObjectFacts *object = &changes->objects[records[k]->cubes[i].object];
+      if (changed && (!view || raster_view_may_see_box(view, object->low, object->high))) return true;
     }
   return false;
 }
 
-static bool face_stayed(const Frame *frame, uint32_t cube, const CameraInfo *camera)
+static bool face_stayed(const Frame *frame, uint32_t cube, const CubeChanges *changes, const CameraInfo *camera)
 {
   const DeviceScene *scene = frame->scene;
   const RasterView view = raster_view_of_camera(camera);
   if (movers_seen(scene, &view)) return false;
-  if (changed_cubes_seen(frame, cube, &view)) return false;
+  if (changed_cubes_seen(frame, cube, changes, &view)) return false;
+  for (uint32_t i = 0; i < changes->light_count; i++)
+    if (light_reach_seen(&changes->lights[i], &view, changes->objects, scene->object_count)) return false;
   for (uint32_t i = 0; i < scene->light_count && frame->request.plan.shadow_rays; i++)
     if (mover_shadows_seen(scene, &scene->light_infos[i], &view)) return false;
   return true;
 }
 
 // Faces of a cube, which was there, that are to be drawn anew.
-static uint32_t faces_changed(const Frame *frame, uint32_t cube)
+static uint32_t faces_changed(const Frame *frame, uint32_t cube, const CubeChanges *changes)
 {
   const CubeInfo *info = &frame->cubes_drawn.cubes[cube];
+  const Plan *plan = &frame->request.plan;
+  const bool moved = frame->scene->mover_count > 0;
   CameraInfo cameras[CUBE_FACES];
   uint32_t changed = 0;
-  if (frame->scene->mover_count == 0 && !changed_cubes_seen(frame, cube, NULL)) return 0;
-  if (!is_local(&frame->request.plan, frame->scene)) return CUBE_ALL_FACES;
+  if (!moved && changes->light_count == 0 && !changed_cubes_seen(frame, cube, changes, NULL)) return 0;
+  if (sees_beyond(plan) || (moved && !is_local(plan, frame->scene))) return CUBE_ALL_FACES;
   const Float3 at = info->center;
   cube_cameras(cameras, info->size, vec3(at.x, at.y, at.z), frame->cubes_drawn.nears_m[cube]);
   for (uint32_t face = 0; face < CUBE_FACES; face++)
-    if (!face_stayed(frame, cube, &cameras[face])) changed |= 1u << face;
+    if (!face_stayed(frame, cube, changes, &cameras[face])) changed |= 1u << face;
   const bool whole_bins = info->size % (BIN_TILES * TILE_SIZE) == 0;  // a face's tiles are numbered in a row
   return changed && !whole_bins ? CUBE_ALL_FACES : changed;
+}
+
+Status cube_changes_make(CubeChanges *out, const Frame *frame, Log *log)
+{
+  Status status = STATUS_OK;
+  const Frame *before = frame->request.before;
+  const CubeRecord *now = &frame->cubes_drawn, *then = before ? &before->cubes_drawn : NULL;
+  const Vec3 low = frame->scene->low, high = frame->scene->high;
+  CubeChanges changes = {.lights_differ = !then || now->light_count != then->light_count};
+  if (changes.lights_differ) goto done;
+  changes.lights = calloc(2 * (size_t)now->light_count + 1, sizeof *changes.lights);
+  if (!changes.lights) {
+    status = log_no_memory(log, "cube maps");
+    goto done;
+  }
+  for (uint32_t i = 0; i < now->light_count; i++) {
+    if (light_stayed(frame, before, i)) continue;
+    changes.lights[changes.light_count++] = light_reach(&then->lights[i], low, high);
+    changes.lights[changes.light_count++] = light_reach(&now->lights[i], low, high);
+  }
+  if (changes.light_count || now->order.count > now->order.first_deep || then->order.count > then->order.first_deep)
+    TRY(object_facts_make(&changes.objects, frame->scene->source, log));
+
+done:
+  *out = changes;
+  if (status) cube_changes_free(out);
+  return status;
+}
+
+void cube_changes_free(CubeChanges *changes)
+{
+  free(changes->lights);
+  free(changes->objects);
+  *changes = (CubeChanges){0};
 }
 
 typedef struct CubePart {
@@ -171,7 +227,7 @@ done:
   return status;
 }
 
-Status cube_take(uint32_t *faces, Frame *frame, uint32_t cube, Log *log)
+Status cube_take(uint32_t *faces, Frame *frame, uint32_t cube, const CubeChanges *changes, Log *log)
 {
   Status status = STATUS_OK;
   const Frame *before = frame->request.before;
@@ -180,11 +236,11 @@ Status cube_take(uint32_t *faces, Frame *frame, uint32_t cube, Log *log)
   const size_t face_words = 4 * (size_t)info->size * info->size;
   *faces = CUBE_ALL_FACES;
   frame->cubes_drawn.redrawn[cube] = true;
-  if (!before || !light_stayed(frame, before)) return STATUS_OK;
+  if (!before || changes->lights_differ) return STATUS_OK;
   const CubeRecord *then = &before->cubes_drawn;
   const uint32_t index = same_cube(now, cube, then);
   if (index == CUBE_NONE) return STATUS_OK;
-  const uint32_t changed = faces_changed(frame, cube);
+  const uint32_t changed = faces_changed(frame, cube, changes);
   if (changed == CUBE_ALL_FACES) return STATUS_OK;
   TRY(cube_copy(frame, info, &then->cubes[index], log));
   for (uint32_t face = 0; face < CUBE_FACES; face++)

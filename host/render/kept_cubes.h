@@ -3,6 +3,7 @@
 
 #include "passes/camera_rays.h"
 #include "passes/cube_reflect.h"
+#include "passes/light_reach.h"
 
 typedef struct Frame Frame;
 
@@ -35,9 +36,22 @@ bool cubes_stayed(const Frame *frame);
 
 enum { CUBE_ALL_FACES = (1 << CUBE_FACES) - 1 };
 
+// What is not as it was in the frame before, besides what moved.
+typedef struct CubeChanges {
+  bool lights_differ;  // in number
+  LightReach *lights;  // [light_count], where those that changed shine and shone
+  uint32_t light_count;
+  ObjectFacts *objects;  // of the scene; NULL where nobody asks
+} CubeChanges;
+
+// frame->cubes_drawn is there. Errors: STATUS_NO_MEMORY.
+Status cube_changes_make(CubeChanges *out, const Frame *frame, Log *log);
+void cube_changes_free(CubeChanges *changes);
+
 // Takes one cube from the frame before, where it had the same, and says which faces are to be drawn anew: bit f of
 // *faces; their texels are zero. Deep cubes are taken before others. A face stays when nothing that moved is seen on
-// it, nor the shadow of that, light and shadows are found as before, and no mirror is seen on it whose deep cube, which
-// shows there, has changed. Where things are seen by way of others (deep reflections by rays, sampled environment), or
-// maps blur shadows, nothing stays once something moves. Errors: STATUS_DEVICE.
-Status cube_take(uint32_t *faces, Frame *frame, uint32_t cube, Log *log);
+// it, nor the shadow of that; when no light that changed, or whose shadows are found by other maps, reaches what may be
+// seen on it, before or after; and when no mirror is seen on it whose deep cube, which shows there, has changed. Where
+// things are seen by way of others (deep reflections by rays), nothing stays once something moves or a light changes;
+// where the environment is sampled or maps blur shadows, once something moves. Errors: STATUS_DEVICE.
+Status cube_take(uint32_t *faces, Frame *frame, uint32_t cube, const CubeChanges *changes, Log *log);
