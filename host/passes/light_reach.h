@@ -14,7 +14,11 @@ typedef struct LightReach {
   Vec3 points[LIGHT_REACH_POINTS];
   uint32_t count;
   Vec3 low, high;
+  double slack_m;  // of all of it and of places on surfaces
 } LightReach;
+
+// What rounding may do to a place in a scene's bounds.
+double place_slack_m(Vec3 scene_low, Vec3 scene_high);
 
 LightReach light_reach(const LightInfo *light, Vec3 scene_low, Vec3 scene_high);
 

@@ -135,59 +135,103 @@ static bool changed_cubes_seen(const Frame *frame, uint32_t cube, const CubeChan
   return false;
 }
 
-static bool face_stayed(const Frame *frame, uint32_t cube, const CubeChanges *changes, const CameraInfo *camera)
+static bool face_moved(const Frame *frame, uint32_t cube, const CubeChanges *changes, const RasterView *view)
 {
   const DeviceScene *scene = frame->scene;
-  const RasterView view = raster_view_of_camera(camera);
-  if (movers_seen(scene, &view)) return false;
-  if (changed_cubes_seen(frame, cube, changes, &view)) return false;
-  for (uint32_t i = 0; i < changes->light_count; i++)
-    if (light_reach_seen(&changes->lights[i], &view, changes->objects, scene->object_count)) return false;
+  if (movers_seen(scene, view) || changed_cubes_seen(frame, cube, changes, view)) return true;
   for (uint32_t i = 0; i < scene->light_count && frame->request.plan.shadow_rays; i++)
-    if (mover_shadows_seen(scene, &scene->light_infos[i], &view)) return false;
-  return true;
+    if (mover_shadows_seen(scene, &scene->light_infos[i], view)) return true;
+  return false;
 }
 
-// Faces of a cube, which was there, that are to be drawn anew.
-static uint32_t faces_changed(const Frame *frame, uint32_t cube, const CubeChanges *changes)
+static bool face_reached(const Frame *frame, const CubeChanges *changes, const RasterView *view)
 {
+  for (uint32_t i = 0; i < changes->light_count; i++)
+    if (light_reach_seen(&changes->lights[i], view, changes->objects, frame->scene->object_count)) return true;
+  return false;
+}
+
+// Of faces on which nothing moved those that changed lights shine on. What they show tells more than hulls.
+static Status faces_lit(uint32_t *lit, const Frame *frame, const CubeInfo *then, const CubeChanges *changes, Log *log)
+{
+  const DeviceScene *scene = frame->scene;
+  uint32_t found = CUBE_ALL_FACES;
+  Status status = STATUS_OK;
+  if (*lit && changes->lit.light_count)
+    status = cube_lit_find(&found, &changes->lit, frame->device, then, &frame->request.before->cube_reflect.texels,
+                           (float)place_slack_m(scene->low, scene->high), log);
+  *lit &= found;
+  return status;
+}
+
+// Faces of a cube, which was there as `then`, that are to be drawn anew.
+static Status faces_changed(uint32_t *changed, const Frame *frame, uint32_t cube, const CubeInfo *then,
+                            const CubeChanges *changes, Log *log)
+{
+  Status status = STATUS_OK;
   const CubeInfo *info = &frame->cubes_drawn.cubes[cube];
   const Plan *plan = &frame->request.plan;
   const bool moved = frame->scene->mover_count > 0;
   CameraInfo cameras[CUBE_FACES];
-  uint32_t changed = 0;
-  if (!moved && changes->light_count == 0 && !changed_cubes_seen(frame, cube, changes, NULL)) return 0;
-  if (sees_beyond(plan) || (moved && !is_local(plan, frame->scene))) return CUBE_ALL_FACES;
+  uint32_t lit = 0;
+  *changed = 0;
+  if (!moved && changes->light_count == 0 && !changed_cubes_seen(frame, cube, changes, NULL)) return STATUS_OK;
+  *changed = CUBE_ALL_FACES;
+  if (sees_beyond(plan) || (moved && !is_local(plan, frame->scene))) return STATUS_OK;
+  *changed = 0;
   const Float3 at = info->center;
   cube_cameras(cameras, info->size, vec3(at.x, at.y, at.z), frame->cubes_drawn.nears_m[cube]);
-  for (uint32_t face = 0; face < CUBE_FACES; face++)
-    if (!face_stayed(frame, cube, changes, &cameras[face])) changed |= 1u << face;
+  for (uint32_t face = 0; face < CUBE_FACES; face++) {
+    const RasterView view = raster_view_of_camera(&cameras[face]);
+    if (face_moved(frame, cube, changes, &view))
+      *changed |= 1u << face;
+    else if (face_reached(frame, changes, &view))
+      lit |= 1u << face;
+  }
+  TRY(faces_lit(&lit, frame, then, changes, log));
+  *changed |= lit;
   const bool whole_bins = info->size % (BIN_TILES * TILE_SIZE) == 0;  // a face's tiles are numbered in a row
-  return changed && !whole_bins ? CUBE_ALL_FACES : changed;
+  if (*changed && !whole_bins) *changed = CUBE_ALL_FACES;
+
+done:
+  return status;
+}
+
+// Of the lights that changed; `infos` holds them as they were and as they are.
+static Status changed_lights_find(CubeChanges *out, LightInfo *infos, const Frame *frame, Log *log)
+{
+  const DeviceScene *scene = frame->scene;
+  const CubeRecord *now = &frame->cubes_drawn, *then = &frame->request.before->cubes_drawn;
+  for (uint32_t i = 0; i < now->light_count; i++) {
+    if (light_stayed(frame, frame->request.before, i)) continue;
+    infos[out->light_count++] = then->lights[i];
+    infos[out->light_count++] = now->lights[i];
+  }
+  for (uint32_t i = 0; i < out->light_count; i++) out->lights[i] = light_reach(&infos[i], scene->low, scene->high);
+  if (out->light_count == 0 || scene->has_blends) return STATUS_OK;
+  return cube_lit_make(&out->lit, frame->device, infos, out->light_count, log);
 }
 
 Status cube_changes_make(CubeChanges *out, const Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const Frame *before = frame->request.before;
-  const CubeRecord *now = &frame->cubes_drawn, *then = before ? &before->cubes_drawn : NULL;
-  const Vec3 low = frame->scene->low, high = frame->scene->high;
-  CubeChanges changes = {.lights_differ = !then || now->light_count != then->light_count};
-  if (changes.lights_differ) goto done;
-  changes.lights = calloc(2 * (size_t)now->light_count + 1, sizeof *changes.lights);
-  if (!changes.lights) {
+  const CubeOrder *order = &frame->cubes_drawn.order, *order_then = before ? &before->cubes_drawn.order : NULL;
+  const uint32_t most = 2 * frame->scene->light_count;
+  LightInfo *infos = calloc((size_t)most + 1, sizeof *infos);
+  CubeChanges changes = {.lights_differ = !before || before->cubes_drawn.light_count != frame->scene->light_count,
+                         .lights = calloc((size_t)most + 1, sizeof *changes.lights)};
+  if (!infos || !changes.lights) {
     status = log_no_memory(log, "cube maps");
     goto done;
   }
-  for (uint32_t i = 0; i < now->light_count; i++) {
-    if (light_stayed(frame, before, i)) continue;
-    changes.lights[changes.light_count++] = light_reach(&then->lights[i], low, high);
-    changes.lights[changes.light_count++] = light_reach(&now->lights[i], low, high);
-  }
-  if (changes.light_count || now->order.count > now->order.first_deep || then->order.count > then->order.first_deep)
+  if (changes.lights_differ) goto done;
+  TRY(changed_lights_find(&changes, infos, frame, log));
+  if (changes.light_count || order->count > order->first_deep || order_then->count > order_then->first_deep)
     TRY(object_facts_make(&changes.objects, frame->scene->source, log));
 
 done:
+  free(infos);
   *out = changes;
   if (status) cube_changes_free(out);
   return status;
@@ -197,6 +241,7 @@ void cube_changes_free(CubeChanges *changes)
 {
   free(changes->lights);
   free(changes->objects);
+  cube_lit_free(&changes->lit);
   *changes = (CubeChanges){0};
 }
 
@@ -240,7 +285,8 @@ Status cube_take(uint32_t *faces, Frame *frame, uint32_t cube, const CubeChanges
   const CubeRecord *then = &before->cubes_drawn;
   const uint32_t index = same_cube(now, cube, then);
   if (index == CUBE_NONE) return STATUS_OK;
-  const uint32_t changed = faces_changed(frame, cube, changes);
+  uint32_t changed;
+  TRY(faces_changed(&changed, frame, cube, &then->cubes[index], changes, log));
   if (changed == CUBE_ALL_FACES) return STATUS_OK;
   TRY(cube_copy(frame, info, &then->cubes[index], log));
   for (uint32_t face = 0; face < CUBE_FACES; face++)

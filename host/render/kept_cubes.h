@@ -2,6 +2,7 @@
 #pragma once
 
 #include "passes/camera_rays.h"
+#include "passes/cube_lit.h"
 #include "passes/cube_reflect.h"
 #include "passes/light_reach.h"
 
@@ -41,16 +42,17 @@ typedef struct CubeChanges {
   bool lights_differ;  // in number
   LightReach *lights;  // [light_count], where those that changed shine and shone
   uint32_t light_count;
+  CubeLit lit;           // the same by texels; not made where BLEND surfaces may be seen through
   ObjectFacts *objects;  // of the scene; NULL where nobody asks
 } CubeChanges;
 
-// frame->cubes_drawn is there. Errors: STATUS_NO_MEMORY.
+// frame->cubes_drawn is there. Errors: STATUS_NO_MEMORY, those of program_build.
 Status cube_changes_make(CubeChanges *out, const Frame *frame, Log *log);
 void cube_changes_free(CubeChanges *changes);
 
 // Takes one cube from the frame before, where it had the same, and says which faces are to be drawn anew: bit f of
 // *faces; their texels are zero. Deep cubes are taken before others. A face stays when nothing that moved is seen on
-// it, nor the shadow of that; when no light that changed, or whose shadows are found by other maps, reaches what may be
+// it, nor the shadow of that; when no light that changed, or whose shadows are found by other maps, shines on what is
 // seen on it, before or after; and when no mirror is seen on it whose deep cube, which shows there, has changed. Where
 // things are seen by way of others (deep reflections by rays), nothing stays once something moves or a light changes;
 // where the environment is sampled or maps blur shadows, once something moves. Errors: STATUS_DEVICE.
