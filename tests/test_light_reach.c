@@ -9,8 +9,10 @@
 #include <cmocka.h>
 
 #include "passes/cube_capture.h"
+#include "passes/cube_lit.h"
 #include "passes/light_reach.h"
 #include "passes/raster_view.h"
+#include "support/picture_fixture.h"
 
 enum { LIGHTS = 2000, POINTS = 200, OBJECTS = 3 };
 
@@ -24,6 +26,8 @@ static Vec3 within(Vec3 low, Vec3 high)
 }
 
 static Float3 narrow(Vec3 v) { return (Float3){(float)v.x, (float)v.y, (float)v.z}; }
+
+static Vec3 wide(Float3 v) { return vec3((double)v.x, (double)v.y, (double)v.z); }
 
 // Narrow and wide, near and far; some are off, some of a length that they do not reach.
 static LightInfo any_light(void)
@@ -79,7 +83,7 @@ static void what_is_lit_is_within_reach(void **state)
       const Vec3 a = within(room_low, room_high), b = within(room_low, room_high);
       objects[o] = (ObjectFacts){.low = vec3_min(a, b), .high = vec3_max(a, b), .drawn = true};
     }
-    cube_cameras(cameras, 64, vec3((double)(float)eye.x, (double)(float)eye.y, (double)(float)eye.z), 1e-3f);
+    cube_cameras(cameras, 64, wide(narrow(eye)), 1e-3f);
     for (int face = 0; face < CUBE_FACES; face++) {
       const RasterView view = raster_view_of_camera(&cameras[face]);
       reached[face] = light_reach_seen(&reach, &view, objects, OBJECTS);
@@ -96,8 +100,58 @@ static void what_is_lit_is_within_reach(void **state)
   assert_in_range(seen, 1, LIGHTS * CUBE_FACES / 2);
 }
 
+// Texels of a cube that show places up to 6 m away, or nothing; bit f of *faces: the light shines on one of face f's.
+static void cube_fill(float (*texels)[4], uint32_t *faces, const CubeInfo *cube, const LightInfo *light)
+{
+  CameraInfo cameras[CUBE_FACES];
+  const Vec3 eye = wide(cube->center);
+  cube_cameras(cameras, cube->size, eye, 1e-3f);
+  for (uint32_t i = 0; i < CUBE_TEXELS(cube->size); i++) {
+    const uint32_t face = i / (cube->size * cube->size);
+    const CameraInfo *camera = &cameras[face];
+    const double x = (i % cube->size + 0.5) * (double)camera->scale - (double)camera->center_x;
+    const double y = (i / cube->size % cube->size + 0.5) * (double)camera->scale - (double)camera->center_y;
+    const Vec3 across = vec3_scale(wide(camera->right), x), down = vec3_scale(wide(camera->down), y);
+    const double depth_m = between(0.1, 6);
+    texels[i][3] = (float)(rand() % 4 ? 1 / depth_m : 0);
+    const Vec3 way = vec3_add(wide(camera->forward), vec3_add(across, down));
+    if (texels[i][3] > 0 && is_lit(light, vec3_add(eye, vec3_scale(way, depth_m)))) *faces |= 1u << face;
+  }
+}
+
+// Faces are those with a texel that shows something lit, but for what is at the very rim of the light.
+static void faces_with_something_lit_are_found(void **state)
+{
+  enum { CUBES = 200, BEFORE = 64 };
+  Device *device = picture_device(0);
+  float(*texels)[4] = calloc(BEFORE + CUBE_TEXELS(8), sizeof *texels);
+  uint32_t wrong = 0, lit_count = 0;
+  assert_non_null(texels);
+  srand(8);
+  for (int i = 0; i < CUBES; i++) {
+    const LightInfo lights[2] = {any_light(), {.kind = LIGHT_KIND_DIRECTIONAL}};  // the second one is off
+    const CubeInfo cube = {.center = narrow(within(room_low, room_high)), .size = 8, .first_texel = BEFORE};
+    CubeLit lit = {0};
+    DeviceBuffer buffer = {0};
+    uint32_t wanted = 0, found;
+    cube_fill(texels + BEFORE, &wanted, &cube, &lights[0]);
+    picture_assert_ok(cube_lit_make(&lit, device, lights, 2, &picture_log));
+    picture_assert_ok(
+        buffer_create(&buffer, device, (BEFORE + CUBE_TEXELS(8)) * sizeof *texels, texels, "texels", &picture_log));
+    picture_assert_ok(cube_lit_find(&found, &lit, device, &cube, &buffer, 1e-5f, &picture_log));
+    if (wanted & ~found) fail_msg("cube %d: faces %x are lit, %x are found", i, wanted, found);
+    wrong += wanted != found;
+    lit_count += wanted != 0 && wanted != (1u << CUBE_FACES) - 1;
+    buffer_free(&buffer);
+    cube_lit_free(&lit);
+  }
+  assert_true(lit_count > CUBES / 5 && wrong <= 2);
+  free(texels);
+}
+
 int main(void)
 {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(what_is_lit_is_within_reach)};
-  return cmocka_run_group_tests(tests, NULL, NULL);
+  const struct CMUnitTest tests[] = {cmocka_unit_test(what_is_lit_is_within_reach),
+                                     cmocka_unit_test(faces_with_something_lit_are_found)};
+  return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }

@@ -34,10 +34,11 @@ Status cube_lit_find(uint32_t *faces, const CubeLit *lit, Device *device, const 
   DeviceBuffer found = lit->faces;
   const size_t count = CUBE_TEXELS((size_t)cube->size);
   TRY(buffer_zero(device, &found, log));
-  TRY(device_launch(device, &lit->kernel, work_items(device, count), count, "find where changed lights shine",
-                    ARGS(ARG(cube->center), ARG(cube->size), ARG(cube->first_texel), ARG_BUFFER(*texels),
-                         ARG_BUFFER(lit->lights), ARG(lit->light_count), ARG(slack_m), ARG_BUFFER(lit->faces)),
-                    log));
+  TRY(device_launch(
+      device, &lit->kernel, work_items(device, count), count, "find where changed lights shine",
+      ARGS(ARG(cube->center.x), ARG(cube->center.y), ARG(cube->center.z), ARG(cube->size), ARG(cube->first_texel),
+           ARG_BUFFER(*texels), ARG_BUFFER(lit->lights), ARG(lit->light_count), ARG(slack_m), ARG_BUFFER(lit->faces)),
+      log));
   TRY(buffer_read(device, &lit->faces, faces, sizeof *faces, log));
 
 done:
