@@ -63,9 +63,9 @@ static FrameRequest probe_request(const Frame *frame, Block block, uint32_t samp
   return request;
 }
 
-// Size of finer maps for all lights of a method, MAP or PCSS; 0: none. Nearest texels of large maps are told well enough
-// by the maps themselves; for PCSS a light of some size makes a wide, visible half-shadow even of what is much thinner
-// than a texel.
+// Size of finer maps for all lights of a method, MAP or PCSS; 0: none. What nearest texels of large maps get wrong is
+// told well enough by these themselves; for PCSS a light of some size makes a wide, visible half-shadow even of what is
+// much thinner than a texel.
 static uint32_t finer_px(const ShadowMaps *maps, ShadowMethod method)
 {
   const uint32_t looked_up = method == SHADOWS_PCSS ? SHADOW_BY_PCSS : SHADOW_BY_TEXEL;
