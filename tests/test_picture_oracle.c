@@ -84,7 +84,7 @@ static void every_feature_agrees(void **state)
 {
   Scene scene = scene_features();
   Camera camera = scene_features_camera();
-  PictureRequest request = picture_request(157, 91, 1);
+  PictureRequest request = effort_is_quick() ? picture_request(79, 46, 1) : picture_request(157, 91, 1);
   scene_check("features, pbr", &scene, &camera, request, all_widths, &usual);
   request.settings.lighting = LIGHTING_PHONG;
   scene_set_sky(&scene);
@@ -148,7 +148,7 @@ static void a_mirror_ball_in_a_room_agrees(void **state)
   PictureRequest request = picture_request(96, 54, 1);
   picture_assert_ok(scene_add_default_lighting(&scene, true, &picture_log));
   picture_assert_ok(scene_camera_choose(&camera, &scene, "ball", 96.0 / 54, &picture_log));
-  for (int model = LIGHTING_PBR; model <= LIGHTING_PHONG; model++) {
+  for (int model = LIGHTING_PBR; model <= (effort_is_quick() ? LIGHTING_PBR : LIGHTING_PHONG); model++) {
     request.settings.lighting = (LightingModel)model;
     request.settings.reflections = REFLECTIONS_RAYS;
     scene_check("mirror ball", &scene, &camera, request, all_widths,
