@@ -17,7 +17,7 @@
 //   Fails at edges of shadows, by up to a texel's footprint (SHADOW_BY_TEXEL: half of it on average to either side);
 //   on finely curved surfaces, whose neighbouring triangles leave the receiver's plane within the kernel; where casters
 //   are thinner than a texel.
-//   Cost  5 ns a point by the nearest texel, 8 ns by PCF of 3 x 3 where most kernels hold no edge, 30 where all do.
+//   Cost  4 ns a point by the nearest texel, 6 ns by PCF of 3 x 3 where most kernels hold no edge, 11 where all do.
 //
 //   From  Williams, "Casting Curved Shadows on Curved Surfaces", SIGGRAPH 1978; Reeves, Salesin, Cook, "Rendering
 //         Antialiased Shadows with Depth Maps", SIGGRAPH 1987; Fernando, "Percentage-Closer Soft Shadows", 2005.
