@@ -376,6 +376,33 @@ static void every_pattern_of_samples_is_seen_as_rays_see_it(void **state)
   raster_fixture_free(&fixture);
 }
 
+// Small triangles with more samples than a work-group lists (RASTER_LISTED_SAMPLES).
+static void triangles_of_a_few_pixels_are_drawn_right(void **state)
+{
+  enum { CELLS = 20, CELL_PX = 6, SAMPLES = 2 };
+  Camera camera = camera_orthographic(vec3(0, 0, 5), vec3(0, 0, 0), 1);
+  camera.znear_m = 0.1;
+  camera.zfar_m = 10;
+  Soup soup = {0};
+  for (int y = 0; y <= CELLS; y++)
+    for (int x = 0; x <= CELLS; x++)
+      soup_vertex(&soup, 2.0f * (float)x / CELLS - 1, 2.0f * (float)y / CELLS - 1, 0.1f * (float)(x * y % 7));
+  for (uint32_t y = 0; y < CELLS; y++) {
+    for (uint32_t x = 0; x < CELLS; x++) {
+      uint32_t corner = y * (CELLS + 1) + x;
+      soup_triangle(&soup, corner, corner + 1, corner + CELLS + 1);
+      soup_triangle(&soup, corner + 1, corner + CELLS + 2, corner + CELLS + 1);
+    }
+  }
+  RasterFixture fixture;
+  raster_fixture_of_soup(&fixture, &soup);
+  RasterShot shot = raster_shot(&camera, CELLS * CELL_PX, CELLS * CELL_PX, SAMPLES);
+  RasterHits hits = raster_assert_same(&fixture, &shot, "few pixels");
+  assert_int_equal(raster_hits_count(&hits), CELLS * CELL_PX * CELLS * CELL_PX * SAMPLES);
+  raster_hits_free(&hits);
+  raster_fixture_free(&fixture);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -387,6 +414,7 @@ int main(void)
       cmocka_unit_test(camera_within_a_mesh_sees_no_crack),
       cmocka_unit_test(near_plane_through_a_mesh_cuts_it),
       cmocka_unit_test(triangles_of_any_size_and_place_are_drawn_right),
+      cmocka_unit_test(triangles_of_a_few_pixels_are_drawn_right),
       cmocka_unit_test(a_hundred_thousand_triangles_in_one_tile_are_drawn_right),
       cmocka_unit_test(triangles_that_are_not_numbers_touch_nothing),
       cmocka_unit_test(orthographic_cameras_see_what_their_rays_see),

@@ -1,6 +1,5 @@
 // The direct way to raster: a work-item draws a triangle whose box of pixels is small. What is larger is drawn tile by
-// tile, by teams of RASTER_TEAM work-items: a box of one tile is listed as such at once, larger boxes are listed to be
-// split. LANES is 1.
+// tile, by teams of RASTER_TEAM work-items: its box is listed to be split. LANES is 1.
 //
 // One 64-bit counter, the number of boxes << BOX_SHIFT | the number of their tiles, gives a box its place in the list
 // and the number of its first tile at once. So these numbers rise along the list, and the work-item that looks at a
@@ -151,19 +150,19 @@ static inline uint tile_place(bool wanted, local uint *queued, local ulong *firs
   return wanted ? (uint)min(*first + before, (ulong)UINT_MAX) : 0;
 }
 
-// Lists the boxes of the members of a work-group that have more than one of `tiles`; every member calls it.
+// Lists the boxes of the members of a work-group that have any `tiles`; every member calls it.
 static inline void box_list(uint tiles, RasterBox box, local uint *queued, local ulong *first, global RasterBox *boxes,
                             global ulong *box_starts, global ulong *box_counts)
 {
   if (get_local_id(0) == 0) *queued = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
-  uint before = tiles > 1 ? atomic_add(queued, 1u << GROUP_BOX_SHIFT | tiles) : 0;
+  uint before = tiles > 0 ? atomic_add(queued, 1u << GROUP_BOX_SHIFT | tiles) : 0;
   barrier(CLK_LOCAL_MEM_FENCE);
   if (get_local_id(0) == 0 && *queued)
     *first = atom_add(&box_counts[RASTER_BOX_COUNT],
                       (ulong)(*queued >> GROUP_BOX_SHIFT) << BOX_SHIFT | GROUP_BOX_TILES(*queued));
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (tiles <= 1) return;
+  if (tiles == 0) return;
   uint at = (uint)(*first >> BOX_SHIFT) + (before >> GROUP_BOX_SHIFT);
   boxes[at] = box;
   box_starts[at] = BOX_TILES(*first) + GROUP_BOX_TILES(before);

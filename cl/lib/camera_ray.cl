@@ -78,9 +78,10 @@ typedef struct WaveTile {
 // That of a slot.
 static inline WaveTile wave_tile(const CameraSources *from, uint slot)
 {
-  uint tile = slot / TILE_PIXELS;
-  WaveTile out = {tile_view(from->cameras, from->view_count, from->first_tile + tile % from->tile_count),
-                  from->offsets[from->first_sample + tile / from->tile_count]};
+  uint tile = slot / TILE_PIXELS, sample = 0;
+  if (tile >= from->tile_count) sample = tile / from->tile_count, tile -= sample * from->tile_count;
+  WaveTile out = {tile_view(from->cameras, from->view_count, from->first_tile + tile),
+                  from->offsets[from->first_sample + sample]};
   return out;
 }
 

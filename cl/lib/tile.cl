@@ -14,9 +14,12 @@ static inline uint2 tile_at(uint tile, uint2 grid)
 {
   uint row_tiles = grid.x * BIN_TILES, row = tile / row_tiles, in_row = tile - row * row_tiles;
   uint height = min((uint)BIN_TILES, grid.y - row * BIN_TILES);
-  uint column = in_row / (BIN_TILES * height), in_bin = in_row - column * BIN_TILES * height;
-  uint width = min((uint)BIN_TILES, grid.x - column * BIN_TILES);
-  return (uint2)(column, row) * (uint)BIN_TILES + (uint2)(in_bin % width, in_bin / width);
+  uint column = in_row / (BIN_TILES * BIN_TILES);
+  if (height < BIN_TILES) column = in_row / (BIN_TILES * height);
+  uint in_bin = in_row - column * BIN_TILES * height, width = min((uint)BIN_TILES, grid.x - column * BIN_TILES);
+  uint2 within = (uint2)(in_bin % BIN_TILES, in_bin / BIN_TILES);
+  if (width < BIN_TILES) within = (uint2)(in_bin % width, in_bin / width);
+  return (uint2)(column, row) * (uint)BIN_TILES + within;
 }
 
 // The inverse, for tiles of the picture.

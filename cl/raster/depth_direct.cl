@@ -204,12 +204,9 @@ kernel void depth_small(global const RasterBlock *blocks, global const RasterBou
   MapTriangle t = triangle_setup(&scope, number);
   RasterBox box = box_of(number, view, (int4)(t.first_x, t.first_y, t.last_x, t.last_y));
   bool small = !t.clipped && box_is_small(t.first_x, t.first_y, t.last_x, t.last_y);
-  uint tile_total = !t.culled && !small ? box_tile_count(box) : 0;
-  box_list(tile_total, box, &queued, &first, boxes, box_starts, box_counts);
-  if (tile_total > 1) t.culled = 1;
-  t.culled = t.culled || !(t.clipped || triangle_window(&in, &t, box_window(box)));
-  uint place = tile_place(!t.culled && !small, &queued, &first, box_counts);
-  if (!t.culled) tile_pass(&t, &in, &scope, box, small ? UINT_MAX : place, room, tiles, maps);
+  box_list(!t.culled && !small ? box_tile_count(box) : 0, box, &queued, &first, boxes, box_starts, box_counts);
+  if (t.culled || !small || !triangle_window(&in, &t, box_window(box))) return;
+  window_draw(&in, box_window(box), number, &scope, map_of(maps, &scope, view), true, tile_share(0, 1));
 }
 
 kernel void depth_split(global const RasterBlock *blocks, constant RasterView *views, global uint *maps,

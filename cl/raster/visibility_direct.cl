@@ -9,7 +9,8 @@
 //   out   keys                [slots]: bits of t << 32 | id; all ones before the first launch
 //         hits, hit_ids       the hit stream of the wave: the bits that trace_closest gives (visibility_resolve)
 //
-//   visibility_small   a work-item a triangle of an item: draws it if its box is small, else lists it
+//   visibility_small   a work-item a triangle of an item: lists its samples if its box is small, else its box;
+//                      a work-group then draws the samples that it has listed
 //   visibility_split   a work-item a tile of a large box: lists it if the triangle may be met there
 //   visibility_tiles   RASTER_TEAM work-items a listed tile
 //   visibility_resolve a work-item a slot: t, u and v of the triangle that won
@@ -25,212 +26,43 @@
 #pragma OPENCL EXTENSION cl_khr_int64_extended_atomics : enable
 
 #include "lib/boxes.cl"
-#include "lib/camera_ray.cl"
-#include "lib/hit.cl"
-#include "lib/visible.cl"
+#include "lib/sample_key.cl"
 #include "raster/chunks_seen.cl"
 #include "raster/triangle_pack.cl"
 
-typedef struct Wave {
-  uint first_tile, tile_count, first_sample, sample_count;
-} Wave;
+// Samples of small triangles that may be met, listed by a work-group so that its members then intersect together: most
+// small triangles have none.
+typedef struct SampleList {
+  uint count;
+  uint pixel[RASTER_LISTED_SAMPLES];   // x | y << 16
+  uint member[RASTER_LISTED_SAMPLES];  // whose triangle it is | sample << 16
+} SampleList;
 
-// What a sample's test takes besides the triangle.
-typedef struct Scope {
-  constant CameraInfo *camera;
-  uint2 grid;      // the picture's tiles
-  uint first_row;  // of them: the view's
-  constant Float2 *offsets;
-  Wave wave;
-  float t_min;
-  const AttributeSources *attributes;
-} Scope;
-
-typedef struct Triangle {
-  float3 corner[3];  // world space
-  uint id, flags;
-} Triangle;
-
-static inline Triangle triangle_load(global const RasterBlock *blocks, uint number)
+// Lists the triangle's samples of a box; false where the list is full.
+static inline bool samples_list(local SampleList *list, const SampleEdges *edges, const Scope *scope, int4 bounds)
 {
-  global const RasterBlock *block = &blocks[number / RASTER_STEP];
-  uint slot = number % RASTER_STEP;
-  Triangle t;
-  for (uint i = 0; i < 3; i++)
-    t.corner[i] = (float3)(block->vertex[i][0][slot], block->vertex[i][1][slot], block->vertex[i][2][slot]);
-  t.id = block->id[slot];
-  t.flags = block->flags[slot];
-  return t;
-}
-
-static inline void triangle_relative(Vec3L out[3], const Triangle *t, constant RasterView *view)
-{
-  for (uint i = 0; i < 3; i++) {
-    float3 relative = t->corner[i] - vload3(0, &view->origin.x);
-    out[i] = vec3l(relative.x, relative.y, relative.z);
-  }
-}
-
-typedef struct SampleRay {
-  CameraRay ray;
-  ShearedRay sheared;
-  uint kz;
-} SampleRay;
-
-static inline SampleRay sample_ray(constant CameraInfo *camera, uint x, uint y, Float2 offset)
-{
-  SampleRay s;
-  s.ray = camera_ray(camera, x, y, offset);
-  s.kz = dominant_axis(s.ray.direction);
-  s.sheared = shear_ray(s.ray.origin, s.ray.direction, s.kz);
-  return s;
-}
-
-static inline TriangleHit sample_intersect(const SampleRay *s, const Triangle *t)
-{
-  float3 a = t->corner[0], b = t->corner[1], c = t->corner[2];
-  if (s->kz == 0) a = a.yzx, b = b.yzx, c = c.yzx;
-  if (s->kz == 1) a = a.zxy, b = b.zxy, c = c.zxy;
-  return triangle_intersect(&s->sheared, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
-}
-
-static inline void sample_hold(TriangleHit *hit, const SampleRay *s, const Triangle *t, float t_min)
-{
-  const SlabAxis slab[3] = {slab_axis(s->ray.origin.x, s->ray.direction.x),
-                            slab_axis(s->ray.origin.y, s->ray.direction.y),
-                            slab_axis(s->ray.origin.z, s->ray.direction.z)};
-  float vertex[3][3];
-  for (uint i = 0; i < 3; i++) {
-    vertex[i][0] = t->corner[i].x;
-    vertex[i][1] = t->corner[i].y;
-    vertex[i][2] = t->corner[i].z;
-  }
-  hit_hold(hit, t_min, slab, vertex[0], vertex[1], vertex[2]);
-}
-
-// The key of a triangle at a sample; all ones where it is not seen.
-static inline ulong sample_key(const Triangle *t, const Scope *scope, const SampleRay *s)
-{
-  TriangleHit hit = sample_intersect(s, t);
-  IntL positive_kz = component3(s->ray.direction, s->kz) > 0;
-  float far_m = scope->camera->far_m;
-  if (!hit_is_closest(&hit, 1, scope->t_min, far_m, HIT_NONE, t->id, t->flags, positive_kz)) return ULONG_MAX;
-  if (hit.doubtful) {
-    sample_hold(&hit, s, t, scope->t_min);
-    if (!hit_is_closest(&hit, 1, scope->t_min, far_m, HIT_NONE, t->id, t->flags, positive_kz)) return ULONG_MAX;
-  }
-  // Where t is not in doubt it is above its error.
-  bool asks = hit.doubtful || t->flags & TRIANGLE_MASKED;
-  if (asks && !hit_counts(&hit, 1, t->id, t->flags, scope->attributes)) return ULONG_MAX;
-  return (ulong)as_uint(hit.t) << 32 | t->id;
-}
-
-// Slot of a pixel and sample of the wave; HIT_NONE where the wave does not hold it.
-static inline uint wave_slot(const Scope *scope, uint x, uint y, uint sample)
-{
-  uint2 at = (uint2)(x, y) / (uint)TILE_SIZE + (uint2)(0, scope->first_row);
-  uint tile = tile_number(at, scope->grid), first = scope->wave.first_tile;
-  if (tile < first || tile >= first + scope->wave.tile_count) return HIT_NONE;
-  return (tile - first + sample * scope->wave.tile_count) * TILE_PIXELS + tile_slot(x, y);
-}
-
-// Turns to another view.
-static inline void scope_turn(Scope *scope, constant CameraInfo *cameras, uint view_count, uint view)
-{
-  scope->camera = &cameras[view];
-  scope->grid = views_tiles(cameras, view_count);
-  scope->first_row = view * camera_tiles(cameras).y;
-}
-
-// Where a triangle may be met: what these let in, triangle_intersect decides.
-typedef struct SampleEdges {
-  float edge_x[3], edge_y[3], edge_0[3];  // >= 0 (or NaN) at a sample that may be met
-  uint nearest;                           // bits of a depth that no hit is before
-} SampleEdges;
-
-// A hit is not before the triangle's bounding box, not even where its t is in doubt (lib/hit.cl).
-static inline uint nearest_depth(constant RasterView *view, const Vec3L a[3])
-{
-  Vec3L low, high;
-  low.x = min3_lane(a[0].x, a[1].x, a[2].x), high.x = max3_lane(a[0].x, a[1].x, a[2].x);
-  low.y = min3_lane(a[0].y, a[1].y, a[2].y), high.y = max3_lane(a[0].y, a[1].y, a[2].y);
-  low.z = min3_lane(a[0].z, a[1].z, a[2].z), high.z = max3_lane(a[0].z, a[1].z, a[2].z);
-  Float4 row = view->depth;
-  float nearest = min(row.x * low.x, row.x * high.x) + min(row.y * low.y, row.y * high.y) +
-                  min(row.z * low.z, row.z * high.z) + row.w;
-  float far_off = max(fabs(low.x), fabs(high.x)) + max(fabs(low.y), fabs(high.y)) + max(fabs(low.z), fabs(high.z));
-  nearest -= 4 * RASTER_ROUNDING * far_off + view->error_m;
-  return nearest > 0 ? as_uint(nearest) : 0;  // 0 for NaN
-}
-
-static inline SampleEdges sample_edges(const VisibleTriangle *t, constant RasterView *view, const Vec3L a[3])
-{
-  SampleEdges out;
-  for (uint i = 0; i < 3; i++) {
-    out.edge_x[i] = t->edge_x[i];
-    out.edge_y[i] = t->edge_y[i];
-    out.edge_0[i] = t->edge_0[i] - 1.5f * (fabs(t->edge_x[i]) + t->edge_x[i] + fabs(t->edge_y[i]) + t->edge_y[i]);
-  }
-  out.nearest = nearest_depth(view, a);
-  return out;
-}
-
-// An edge function at y, then at x. NaN is not below 0.
-static inline float edge_row(const SampleEdges *e, uint i, float y)
-{
-  return MULTIPLY_ADD(e->edge_y[i], y, e->edge_0[i]);
-}
-static inline bool edges_meet(const SampleEdges *e, const float row[3], float x)
-{
-  return !(fmin(fmin(MULTIPLY_ADD(e->edge_x[0], x, row[0]), MULTIPLY_ADD(e->edge_x[1], x, row[1])),
-                MULTIPLY_ADD(e->edge_x[2], x, row[2])) < 0);
-}
-
-// Could a sample of the box's pixels be met?
-static inline bool edges_meet_box(const SampleEdges *e, int4 bounds)
-{
-  for (uint i = 0; i < 3; i++) {
-    float x = (float)(e->edge_x[i] > 0 ? bounds.z + 1 : bounds.x);
-    float y = (float)(e->edge_y[i] > 0 ? bounds.w + 1 : bounds.y);
-    if (MULTIPLY_ADD(e->edge_x[i], x, edge_row(e, i, y)) < 0) return false;
+  for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
+    int2 at = bounds.xy;
+    for (; sample_next(edges, scope, sample, bounds, &at); at.x++) {
+      uint place = atomic_inc(&list->count);
+      if (place >= RASTER_LISTED_SAMPLES) return false;
+      list->pixel[place] = (uint)at.x | (uint)at.y << 16;
+      list->member[place] = (uint)get_local_id(0) | sample << 16;
+    }
   }
   return true;
 }
 
-// The upper half of a key is its second word: devices are little-endian. It is looked at early, and has come when the
-// intersection is done.
-static inline void sample_draw(const Triangle *t, const Scope *scope, int x, int y, uint sample, Float2 offset,
-                               global ulong *keys)
+// Draws what a work-group has listed of its triangles, of which the first is `first_number`.
+static inline void samples_draw(local const SampleList *list, global const RasterBlock *blocks, uint first_number,
+                                const Scope *scope, global ulong *keys)
 {
-  uint slot = wave_slot(scope, (uint)x, (uint)y, sample);
-  if (slot == HIT_NONE) return;
-  uint depth = depth_now((global const uint *)&keys[slot] + 1);
-  SampleRay ray = sample_ray(scope->camera, (uint)x, (uint)y, offset);
-  ulong key = sample_key(t, scope, &ray);
-  if (key != ULONG_MAX && (uint)(key >> 32) <= depth) atom_min(&keys[slot], key);
-}
-
-// Moves (x, y) on, row by row, to the next sample that may be met.
-static inline bool sample_next(const SampleEdges *edges, Float2 offset, int4 bounds, int *x, int *y)
-{
-  for (; *y <= bounds.w; (*y)++, *x = bounds.x) {
-    float along = (float)*x + offset.x, down = (float)*y + offset.y;
-    const float row[3] = {edge_row(edges, 0, down), edge_row(edges, 1, down), edge_row(edges, 2, down)};
-    for (; *x <= bounds.z; (*x)++, along += 1)
-      if (edges_meet(edges, row, along)) return true;
-  }
-  return false;
-}
-
-// Draws the triangle's samples of a box. The search for the next one that may be met is a loop of its own, so that the
-// work-items of a warp intersect together.
-static inline void box_draw(const Triangle *t, const SampleEdges *edges, const Scope *scope, int4 bounds,
-                            global ulong *keys)
-{
-  for (uint sample = 0; sample < scope->wave.sample_count; sample++) {
-    Float2 offset = scope->offsets[scope->wave.first_sample + sample];
-    int x = bounds.x, y = bounds.y;
-    for (; sample_next(edges, offset, bounds, &x, &y); x++) sample_draw(t, scope, x, y, sample, offset, keys);
+  uint count = min(list->count, (uint)RASTER_LISTED_SAMPLES);
+  for (uint i = get_local_id(0); i < count; i += GROUP_SIZE) {
+    TurnedTriangle turned = {.kz = KZ_NONE};
+    Triangle triangle = triangle_load(blocks, first_number + (list->member[i] & 0xffffu));
+    int2 at = (int2)((int)(list->pixel[i] & 0xffffu), (int)(list->pixel[i] >> 16));
+    sample_draw(&triangle, &turned, scope, at, list->member[i] >> 16, keys);
   }
 }
 
@@ -277,6 +109,7 @@ static inline void tile_draw(global const uint4 *from, TileShare share, Scope *s
                              uint view_count, global ulong *keys)
 {
   Triangle t;
+  TurnedTriangle turned = {.kz = KZ_NONE};
   SampleEdges edges;
   RasterBox box = tile_load(&t, &edges, from);
   int4 bounds = box_bounds(box);
@@ -304,7 +137,7 @@ static inline void tile_draw(global const uint4 *from, TileShare share, Scope *s
     }
     for (; met; met &= met - 1) {
       int2 at = first + piece_offset(lowest_bit(met));
-      sample_draw(&t, scope, at.x, at.y, sample, offset, keys);
+      sample_draw(&t, &turned, scope, at, sample, keys);
     }
   }
 }
@@ -326,6 +159,38 @@ static inline bool visible_box(int4 *out, const VisibleTriangle *t, constant Ras
   return x0 <= x1 && y0 <= y1;
 }
 
+// The picture's rows that a wave may touch.
+static inline uint2 wave_rows(constant CameraInfo *cameras, uint view_count, uint first_tile, uint tile_count)
+{
+  if (view_count > 1) return (uint2)(0, cameras->height);
+  uint row_tiles = cameras->tiles_per_row * BIN_TILES;
+  return (uint2)(first_tile / row_tiles * RASTER_BIN_PX,
+                 min(((first_tile + tile_count - 1) / row_tiles + 1) * RASTER_BIN_PX, cameras->height));
+}
+
+// Lists the samples of a triangle if its box is small. Returns how many tiles the box has if it is not, or the list is
+// full; 0 where nothing is left to do.
+static inline uint triangle_list(RasterBox *box, local SampleList *list, global const RasterBlock *blocks, uint number,
+                                 constant RasterView *view, uint view_number, uint2 rows, const Scope *scope,
+                                 global const uint2 *hidden, uint hidden_count)
+{
+  Vec3L a[3];
+  int4 bounds;
+  Triangle triangle = triangle_load(blocks, number);
+  triangle_relative(a, &triangle, view);
+  VisibleTriangle t = visible_setup(
+      view, a, triangle.flags, (triangle.id == RASTER_UNUSED) | triangles_hidden(triangle.id, hidden, hidden_count));
+  if (!visible_box(&bounds, &t, view, rows.x, rows.y, scope->offsets + scope->wave.first_sample,
+                   scope->wave.sample_count))
+    return 0;
+  *box = box_of(number, view_number, bounds);
+  if (box_is_small(bounds.x, bounds.y, bounds.z, bounds.w)) {
+    SampleEdges edges = sample_edges(&t, view, a);
+    if (samples_list(list, &edges, scope, bounds)) return 0;
+  }
+  return box_tile_count(*box);
+}
+
 kernel void visibility_small(global const RasterBlock *blocks, global const RasterBounds *bounds,
                              global const RasterItem *items, uint first_item, uint item_count,
                              constant RasterView *views, constant CameraInfo *cameras, uint view_count,
@@ -335,38 +200,25 @@ kernel void visibility_small(global const RasterBlock *blocks, global const Rast
 {
   local uint queued;
   local ulong first;
+  local SampleList list;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Scope scope = {cameras, (uint2)(0), 0, offsets, {first_tile, tile_count, first_sample, sample_count},
                  t_min,   &attributes};
   // Whole work-groups return, here and below: a chunk is of whole ones.
-  uint slot = get_global_id(0);
+  uint slot = get_global_id(0), member = get_local_id(0);
   if (slot >= item_count * RASTER_CHUNK) return;
   RasterItem item = items[first_item + slot / RASTER_CHUNK];
   uint view_number = item.view, number = item.chunk * RASTER_CHUNK + slot % RASTER_CHUNK;
   constant RasterView *view = &views[view_number];
   scope_turn(&scope, cameras, view_count, view_number);
-  uint row_tiles = cameras->tiles_per_row * BIN_TILES, end_row = cameras->height;
-  uint first_row = view_count > 1 ? 0 : first_tile / row_tiles * RASTER_BIN_PX;
-  if (view_count == 1) end_row = min(((first_tile + tile_count - 1) / row_tiles + 1) * RASTER_BIN_PX, end_row);
-  if (!bounds_visible(&bounds[item.chunk], view, (float)first_row, (float)end_row)) return;
-  Triangle triangle = triangle_load(blocks, number);
-  Vec3L a[3];
-  triangle_relative(a, &triangle, view);
-  VisibleTriangle t = visible_setup(
-      view, a, triangle.flags, (triangle.id == RASTER_UNUSED) | triangles_hidden(triangle.id, hidden, hidden_count));
-  int4 box = (int4)(0);
-  bool seen = visible_box(&box, &t, view, first_row, end_row, offsets + first_sample, sample_count);
-  bool small = seen && box_is_small(box.x, box.y, box.z, box.w);
-  RasterBox listed = box_of(number, view_number, box);
-  uint tile_total = seen && !small ? box_tile_count(listed) : 0;
-  box_list(tile_total, listed, &queued, &first, boxes, box_starts, box_counts);
-  uint place = tile_place(tile_total == 1, &queued, &first, box_counts);
-  if (!small && tile_total != 1) return;
-  SampleEdges edges = sample_edges(&t, view, a);
-  if (small || place >= room)
-    box_draw(&triangle, &edges, &scope, box, keys);
-  else
-    tile_store(&tiles[place * RASTER_TILE_VECTORS], listed, &triangle, &edges);
+  uint2 rows = wave_rows(cameras, view_count, first_tile, tile_count);
+  if (!bounds_visible(&bounds[item.chunk], view, (float)rows.x, (float)rows.y)) return;
+  if (member == 0) list.count = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  RasterBox box = {0, 0, 0, 0};
+  uint tile_total = triangle_list(&box, &list, blocks, number, view, view_number, rows, &scope, hidden, hidden_count);
+  box_list(tile_total, box, &queued, &first, boxes, box_starts, box_counts);
+  samples_draw(&list, blocks, number - member, &scope, keys);
 }
 
 kernel void visibility_split(global const RasterBlock *blocks, constant RasterView *views, constant CameraInfo *cameras,
@@ -442,8 +294,9 @@ kernel void visibility_resolve(constant CameraInfo *cameras, uint view_count, co
     global const uint *vertex = corners[id].vertex;
     Triangle triangle;
     for (uint i = 0; i < 3; i++) triangle.corner[i] = vload3(vertex[i], positions);
-    SampleRay s = sample_ray(view.camera, x, y, offsets[first_sample + tile / tile_count]);
-    TriangleHit hit = sample_intersect(&s, &triangle);
+    TurnedTriangle turned = {.kz = KZ_NONE};
+    CameraRay ray = camera_ray(view.camera, x, y, offsets[first_sample + tile / tile_count]);
+    TriangleHit hit = sample_intersect(&ray, view.camera, &triangle, &turned);
     t = as_float((uint)(key >> 32));
     u = hit.u;
     v = hit.v;

@@ -81,7 +81,8 @@ SHARED_SIZE(RasterBox, 16);
 #define RASTER_SMALL_PX 36  // pixels of a box up to which one work-item draws the triangle
 #define RASTER_TILE_PX 32   // RASTER_TEAM work-items draw a larger one by tiles of this side
 #define RASTER_TEAM 32
-#define RASTER_TILE_VECTORS 6  // of four words: a triangle set up for a tile, as cl/raster/*_direct.cl say
+#define RASTER_LISTED_SAMPLES 1024  // of small triangles, that a work-group lists before it draws them
+#define RASTER_TILE_VECTORS 6       // of four words: a triangle set up for a tile, as cl/raster/*_direct.cl say
 
 // Counts of those lists, of 64 bits each.
 #define RASTER_BOX_COUNT 0    // boxes to split and their tiles: cl/lib/boxes.cl

@@ -69,6 +69,7 @@ static void candidate_describe(Candidate *candidate)
   info->is_pocl = strstr(info->platform, "Portable Computing Language") != NULL;
   info->int64_atomics =
       has_extension(id, "cl_khr_int64_base_atomics") && has_extension(id, "cl_khr_int64_extended_atomics");
+  info->limits_registers = has_extension(id, "cl_nv_compiler_options");
   cl_ulong bytes = 0;
   clGetDeviceInfo(id, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof bytes, &bytes, NULL);
   info->memory_bytes = bytes;
@@ -200,7 +201,8 @@ static DeviceTraits traits_for(const DeviceInfo *info)
                           .wave_rays = gpu_wave_rays,
                           .lean_waves = 1,
                           .wide_bvh = false,
-                          .fast_fma = true};
+                          .fast_fma = true,
+                          .raster_registers = info->limits_registers ? 80 : 0};
   return (DeviceTraits){.lanes = info->vector_width >= 16 ? 16 : 8,
                         .rays_per_item = 64,
                         .group_size = 1,

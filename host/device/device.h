@@ -10,19 +10,21 @@
 
 // How kernels are compiled for a class of device: what must differ between a CPU and a GPU, in one table (device.c).
 typedef struct DeviceTraits {
-  uint32_t lanes;          // LANES: rays or pixels that a work-item handles in one vector
-  uint32_t rays_per_item;  // RAYS_PER_ITEM: rays that a work-item loops over
-  uint32_t group_size;     // work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew)
-  uint32_t wave_rays;      // rays in flight: what a stream buffer holds
-  uint32_t lean_waves;     // times as many where few hits send rays (plan_sends_rays); 0: once
-  bool wide_bvh;           // incoherent rays walk a Bvh8
-  bool fast_fma;           // FAST_FMA: fused multiply-add is one instruction
+  uint32_t lanes;             // LANES: rays or pixels that a work-item handles in one vector
+  uint32_t rays_per_item;     // RAYS_PER_ITEM: rays that a work-item loops over
+  uint32_t group_size;        // work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew)
+  uint32_t wave_rays;         // rays in flight: what a stream buffer holds
+  uint32_t lean_waves;        // times as many where few hits send rays (plan_sends_rays); 0: once
+  bool wide_bvh;              // incoherent rays walk a Bvh8
+  bool fast_fma;              // FAST_FMA: fused multiply-add is one instruction
+  uint32_t raster_registers;  // of a work-item of raster, so that more of them are at work; 0: the compiler chooses
 } DeviceTraits;
 
 typedef struct DeviceInfo {
   char name[128], platform[128], driver[128], version[128];
   bool is_gpu, is_pocl;
-  bool int64_atomics;  // cl_khr_int64_base_atomics and cl_khr_int64_extended_atomics
+  bool int64_atomics;     // cl_khr_int64_base_atomics and cl_khr_int64_extended_atomics
+  bool limits_registers;  // cl_nv_compiler_options: -cl-nv-maxrregcount
   uint64_t memory_bytes, max_buffer_bytes;
   uint32_t compute_units;
   uint32_t vector_width;  // native floats in a register

@@ -29,9 +29,12 @@ const char *raster_visibility_path(RasterWay way)
 
 Status raster_program(Program **out, Device *device, const DeviceScene *scene, const char *path, Log *log)
 {
-  char surfaces[128] = "", options[192];
+  char surfaces[128] = "", registers[64] = "", options[256];
+  const DeviceTraits *traits = device_traits(device);
   if (scene->has_masks || scene->has_shadowless) device_scene_options(scene, surfaces, sizeof surfaces);
-  snprintf(options, sizeof options, "%s-D GROUP_SIZE=%u", surfaces, device_traits(device)->group_size);
+  if (traits->raster_registers)
+    snprintf(registers, sizeof registers, "-cl-nv-maxrregcount=%u ", traits->raster_registers);
+  snprintf(options, sizeof options, "%s%s-D GROUP_SIZE=%u", registers, surfaces, traits->group_size);
   return program_build(out, device, path, options, log);
 }
 
