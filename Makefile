@@ -1,7 +1,7 @@
 # make            build/frugal, and the image helper beside it
 # make demo       install what is missing, build, render a picture
 # make test       install what is missing, build, run the tests (under 5 minutes); TEST=part of a name runs fewer
-# make lint       format, includes as the rooms allow, warnings as errors
+# make lint       format, includes as the rooms allow, warnings as errors; WERROR=1: in the build that was made so
 # make format     put the C, C++ and OpenCL C files into the project's format
 # make sanitize   the tests under address, leak and undefined-behaviour checks; TEST= as above
 # make oclgrind   the kernels under a simulator that watches each access; QUICK=1: under a minute
@@ -126,12 +126,12 @@ test-full:
 	@tests/compare_flip_reference $(BUILD)
 
 lint:
-	@BUILD=$(BUILD)/lint scripts/lint
+	@BUILD=$(BUILD)$(if $(WERROR),,/lint) scripts/lint
 
 format:
 	@scripts/lint --fix
 
-SANITIZE := -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all
+SANITIZE := -O1 -g1 -fno-omit-frame-pointer -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all
 sanitize:
 	@scripts/setup
 	$(SUBMAKE) all tests BUILD=$(BUILD)/sanitize CFLAGS='$(SANITIZE)' CXXFLAGS='$(SANITIZE)' LDFLAGS='$(SANITIZE)'
