@@ -96,11 +96,19 @@ Status buffer_fill_words(Device *device, DeviceBuffer *buffer, uint32_t word, Lo
 
 Status buffer_fill_part(Device *device, const DeviceBuffer *buffer, size_t first, size_t count, uint32_t word, Log *log)
 {
+  Status status = STATUS_OK;
+  PendingSpan span;
+  cl_event *event;
   if (count == 0) return STATUS_OK;
   size_t pattern = word == (word & 0xff) * 0x01010101u ? 1 : sizeof word;  // bytes are set the quickest
+  TRY(span_open(&event, device, &span, "clear buffers", count, log));
   cl_int error = clEnqueueFillBuffer(device->queue, buffer->memory, &word, pattern, first * sizeof word,
-                                     count * sizeof word, 0, NULL, NULL);
-  return error == CL_SUCCESS ? STATUS_OK : transfer_fail(log, device, "filling a buffer", error);
+                                     count * sizeof word, 0, NULL, event);
+  if (error != CL_SUCCESS) return transfer_fail(log, device, "filling a buffer", error);
+  span_queued(device, &span);
+
+done:
+  return status;
 }
 
 Status buffer_copy_words(Device *device, const DeviceBuffer *from, size_t from_first, const DeviceBuffer *to,
