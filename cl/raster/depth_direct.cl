@@ -2,9 +2,9 @@
 //
 //   in    blocks, views   the scene's triangles, square maps of the same size
 //         items           chunks and views, of which [first_item, first_item + item_count) are drawn
-//   out   maps            [view][size * size] (shared/depth_map.h), from first_texel on, as the bits of floats, 1
-//                         before the first launch
+//   out   maps            [view][size * size] (shared/depth_map.h), from first_texel on, as the bits of floats
 //
+//   depth_clear   a work-item four texels: nothing is there yet, and nothing listed
 //   depth_small   a work-item a triangle of an item: draws it if its box is small, else lists it
 //   depth_split   a work-item a tile of a large box: lists it if the triangle has a part there
 //   depth_tiles   RASTER_TEAM work-items a listed tile
@@ -183,6 +183,13 @@ static inline void tile_pass(const MapTriangle *t, const WindowTriangle *in, con
     clipped_draw(t, scope, box, maps, true, tile_share(0, 1));
   else
     window_draw(in, box_window(box), box.number, scope, map_of(maps, scope, box.view), true, tile_share(0, 1));
+}
+
+kernel void depth_clear(global uint *maps, uint first_texel, uint texel_count, global ulong *box_counts)
+{
+  uint number = get_global_id(0);
+  if (number < texel_count / 4) vstore4((uint4)(as_uint(1.0f)), number, maps + first_texel);
+  if (number < RASTER_BOX_COUNTS) box_counts[number] = 0;
 }
 
 kernel void depth_small(global const RasterBlock *blocks, global const RasterBounds *bounds,

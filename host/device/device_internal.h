@@ -42,8 +42,8 @@ struct Device {
 // Releases all of a device's programs.
 void programs_release(Device *device);
 
-// Makes room for the span of a command that is about to be queued, and says where its event goes: NULL where no timeline
-// is kept. span_queued keeps the span once the command is queued. Errors: those of device_finish.
+// Makes room for the span of a command that is about to be queued, and says where its event goes: NULL where no
+// timeline is kept. span_queued keeps the span once the command is queued. Errors: those of device_finish.
 Status span_open(cl_event **out, Device *device, PendingSpan *span, const char *sentence, uint64_t items, Log *log);
 void span_queued(Device *device, const PendingSpan *span);
 

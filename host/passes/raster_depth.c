@@ -3,8 +3,6 @@
 #include "passes/scene_args.h"
 #include "shared/raster.h"
 
-static const uint32_t far_depth = 0x3f800000;  // the bits of 1.0f
-
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
@@ -20,6 +18,7 @@ static Status kernels_make(RasterDepth *raster, Device *device, const DeviceScen
     TRY(program_kernel(&raster->setup, program, "depth_setup", log));
     TRY(program_kernel(&raster->bins, program, "depth_bins", log));
   } else {
+    TRY(program_kernel(&raster->clear, program, "depth_clear", log));
     TRY(program_kernel(&raster->small, program, "depth_small", log));
     TRY(program_kernel(&raster->split, program, "depth_split", log));
     TRY(program_kernel(&raster->draw, program, "depth_tiles", log));
@@ -49,7 +48,7 @@ done:
 
 void raster_depth_free(RasterDepth *raster)
 {
-  Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->small, &raster->split, &raster->draw};
+  Kernel *kernels[] = {&raster->setup, &raster->bins, &raster->clear, &raster->small, &raster->split, &raster->draw};
   for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) kernel_free(kernels[i]);
   raster_items_free(&raster->items);
   raster_bins_free(&raster->binned);
@@ -96,13 +95,15 @@ static Status direct_draw(RasterDepth *raster, Device *device, const DeviceScene
 {
   Status status = STATUS_OK;
   uint32_t tiles = raster->options.pass_tiles ? raster->options.pass_tiles : RASTER_PASS_TILES;
-  size_t texels = (size_t)raster->size_px * raster->size_px * to->view_count;
+  const uint32_t texels = raster->size_px * raster->size_px * to->view_count;
   TRY(raster_boxes_reserve(&raster->boxes, device, raster->items.pass, tiles, log));
-  TRY(buffer_fill_part(device, to->maps, to->first_texel, texels, far_depth, log));
+  TRY(device_launch(device, &raster->clear, texels / 4, texels, "clear depth maps",
+                    ARGS(ARG_BUFFER(*to->maps), ARG(to->first_texel), ARG(texels), ARG_BUFFER(raster->boxes.counts)),
+                    log));
   for (uint32_t first = 0; first < raster->items.count; first += raster->items.pass) {
     uint32_t items = smaller(raster->items.pass, raster->items.count - first);
     uint64_t count = (uint64_t)items * RASTER_CHUNK;
-    TRY(buffer_zero(device, &raster->boxes.counts, log));
+    if (first > 0) TRY(buffer_zero(device, &raster->boxes.counts, log));
     TRY(device_launch(device, &raster->small, count, count, "set up triangles of depth maps, raster small ones",
                       ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds),
                            ITEM_ARGS(&raster->items, first, items), ARG_BUFFER(raster->views), ARG_BUFFER(*to->maps),

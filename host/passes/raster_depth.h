@@ -9,9 +9,9 @@
 
 typedef struct RasterDepth {
   RasterWay way;
-  Kernel setup, bins;         // RASTER_WAY_BINS
-  Kernel small, split, draw;  // RASTER_WAY_DIRECT
-  DeviceBuffer views;         // RasterView [view_capacity]
+  Kernel setup, bins;                // RASTER_WAY_BINS
+  Kernel clear, small, split, draw;  // RASTER_WAY_DIRECT
+  DeviceBuffer views;                // RasterView [view_capacity]
   RasterOptions options;
   RasterItems items;
   RasterBins binned;  // of one pass

@@ -94,7 +94,10 @@ static Status direct_aim(RasterVisibility *raster, Device *device, const CameraI
   Status status = STATUS_OK;
   uint32_t tiles = raster->options.pass_tiles ? raster->options.pass_tiles : RASTER_PASS_TILES;
   TRY(raster_boxes_reserve(&raster->boxes, device, raster->items.pass, tiles, log));
-  TRY(buffer_reserve(&raster->keys, device, capacity * sizeof(uint64_t), "visibility", log));
+  if (raster->keys.bytes < capacity * sizeof(uint64_t)) {
+    TRY(buffer_reserve(&raster->keys, device, capacity * sizeof(uint64_t), "visibility", log));
+    TRY(buffer_fill_words(device, &raster->keys, 0xffffffffu, log));
+  }
 
 done:
   return status;
@@ -190,11 +193,10 @@ static Status direct_draw(RasterVisibility *raster, Device *device, const Device
   Status status = STATUS_OK;
   const CameraInfo *info = &camera->info;
   uint32_t slots = wave_rays(wave);
-  TRY(buffer_fill_words(device, &raster->keys, 0xffffffffu, log));
   for (uint32_t first = 0; first < raster->items.count; first += raster->items.pass) {
     uint32_t items = smaller(raster->items.pass, raster->items.count - first);
     uint64_t count = (uint64_t)items * RASTER_CHUNK;
-    TRY(buffer_zero(device, &raster->boxes.counts, log));
+    if (first > 0) TRY(buffer_zero(device, &raster->boxes.counts, log));
     TRY(device_launch(
         device, &raster->small, count, count, "set up triangles, raster small ones",
         ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ITEM_ARGS(&raster->items, first, items),
@@ -216,8 +218,8 @@ static Status direct_draw(RasterVisibility *raster, Device *device, const Device
   TRY(device_launch(device, &raster->resolve, slots, slots, "raster camera visibility",
                     ARGS(ARG_BUFFER(camera->cameras), ARG(camera->view_count), ARG_BUFFER(camera->offsets),
                          ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample), ARG(slots),
-                         ARG_BUFFER(raster->keys), ARG_BUFFER(scene->corners), ARG_BUFFER(scene->positions),
-                         ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids)),
+                         ARG_BUFFER(raster->keys), ARG_BUFFER(raster->boxes.counts), ARG_BUFFER(scene->corners),
+                         ARG_BUFFER(scene->positions), ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids)),
                     log));
 
 done:

@@ -118,7 +118,7 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
   DeviceBuffer settings = shader->info, counters = shader->counts;
   memset(counts, 0, STREAM_COUNTS * sizeof *counts);
   TRY(buffer_write(device, &settings, info, sizeof *info, log));
-  TRY(buffer_zero(device, &counters, log));
+  if (spawns) TRY(buffer_zero(device, &counters, log));
   TRY(device_launch(
       device, &shader->kernel, work_items(device, count), count, sentence,
       ARGS(ARG_BUFFER(shader->info), ARG_BUFFER(streams->rays->rays), ARG_BUFFER(streams->rays->slots),
