@@ -35,6 +35,9 @@
 #if LANES == 16 && defined(__AVX512DQ__) && __has_builtin(__builtin_ia32_cvtd2mask512)
 #define HAS_MASK_REGISTERS
 #endif
+#if LANES == 16 && defined(__AVX512F__) && __has_builtin(__builtin_ia32_permvarsf512)
+#define HAS_PERMUTATION
+#endif
 #endif
 
 typedef LANE_TYPE(float) FloatL;
@@ -124,6 +127,26 @@ static inline uint lowest_bit(uint bits) { return 31 - clz(bits & -bits); }
           (pointer)[(index).s8], (pointer)[(index).s9], (pointer)[(index).sa], (pointer)[(index).sb], \
           (pointer)[(index).sc], (pointer)[(index).sd], (pointer)[(index).se], (pointer)[(index).sf]))
 #endif
+
+// table[index] in the lanes of `mask`, `other` in the rest; the tables have 16 entries.
+static inline FloatL table_pick(global const float *table, UintL index, IntL mask, FloatL other)
+{
+#ifdef HAS_PERMUTATION
+  FloatL picked = __builtin_ia32_permvarsf512(vload16(0, table), LANE_AS_INT(index));
+  return mask ? picked : other;
+#else
+  for (uint bits = lane_bits(mask); bits; bits &= bits - 1) {
+    uint lane = lowest_bit(bits);
+    LANE_FLOAT(other, lane) = table[LANE_UINT(index, lane)];
+  }
+  return other;
+#endif
+}
+
+static inline UintL table_pick_uint(global const uint *table, UintL index, IntL mask, UintL other)
+{
+  return LANE_AS_UINT(table_pick((global const float *)table, index, mask, LANE_AS_FLOAT(other)));
+}
 
 // One instruction on NVIDIA, which also ignores a NaN in b.
 #if LANES == 1 && defined(__NV_CL_C_VERSION)

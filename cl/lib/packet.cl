@@ -49,7 +49,7 @@ static inline FloatL box_enter(global const Bvh2Node *node, uint c, const Packet
   return enter;
 }
 
-static inline TriangleHit packet_triangle(global const BvhTriangle *triangle, const ShearedRay *ray, uint kz)
+static inline TriangleEdges packet_edges(global const BvhTriangle *triangle, const ShearedRay *ray, uint kz)
 {
 #if LANES == 1
   float4 first = vload4(0, &triangle->vertex[0][0]);
@@ -58,21 +58,30 @@ static inline TriangleHit packet_triangle(global const BvhTriangle *triangle, co
   float3 a = first.xyz, b = (float3)(first.w, second.x, second.y), c = (float3)(second.z, second.w, third);
   if (kz == 0) a = a.yzx, b = b.yzx, c = c.yzx;
   if (kz == 1) a = a.zxy, b = b.zxy, c = c.zxy;
-  return triangle_intersect(ray, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
+  return triangle_edges(ray, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
 #else
   uint kx = kz == 2 ? 0 : kz + 1, ky = kz == 0 ? 2 : kz - 1;
   global const float *a = triangle->vertex[0], *b = triangle->vertex[1], *c = triangle->vertex[2];
-  return triangle_intersect(ray, FLOATL(a[kx]), FLOATL(a[ky]), FLOATL(a[kz]), FLOATL(b[kx]), FLOATL(b[ky]),
-                            FLOATL(b[kz]), FLOATL(c[kx]), FLOATL(c[ky]), FLOATL(c[kz]));
+  return triangle_edges(ray, FLOATL(a[kx]), FLOATL(a[ky]), FLOATL(a[kz]), FLOATL(b[kx]), FLOATL(b[ky]), FLOATL(b[kz]),
+                        FLOATL(c[kx]), FLOATL(c[ky]), FLOATL(c[kz]));
 #endif
+}
+
+static inline TriangleHit packet_hit(const TriangleEdges *edges, const ShearedRay *ray)
+{
+  TriangleHit hit = triangle_distance(edges, ray);
+  triangle_complete(&hit, edges, ray);
+  return hit;
 }
 
 static inline void packet_hold(TriangleHit *hit, const Packet *p, global const BvhTriangle *triangle)
 {
+  const SlabAxis slab[3] = {slab_axis(p->origin.x, p->direction.x), slab_axis(p->origin.y, p->direction.y),
+                            slab_axis(p->origin.z, p->direction.z)};
   FloatL vertex[3][3];
   for (uint corner = 0; corner < 3; corner++)
     for (uint axis = 0; axis < 3; axis++) vertex[corner][axis] = FLOATL(triangle->vertex[corner][axis]);
-  hit_hold(hit, p->t_min, p->slab, vertex[0], vertex[1], vertex[2]);
+  hit_hold(hit, p->t_min, slab, vertex[0], vertex[1], vertex[2]);
 }
 
 // Lanes of `group` for which the hit matters.
@@ -84,37 +93,46 @@ static inline IntL packet_accept(const Packet *p, const TriangleHit *hit, IntL g
   return culls ? accept & !hit_is_open(hit, flags, positive_kz) : accept;
 }
 
+// What `hit` on a triangle means for the lanes of `group`.
+static inline void packet_meet(Packet *p, TriangleHit *hit, IntL group, IntL positive_kz,
+                               global const BvhTriangle *triangle, bool any_hit, bool culls,
+                               const AttributeSources *attributes)
+{
+  uint id = triangle->id, flags = triangle->flags;
+  IntL accept = packet_accept(p, hit, group, id, flags, positive_kz, any_hit, culls);
+  if (!any_lane(accept)) return;
+  if (any_lane(accept & hit->doubtful)) {
+    packet_hold(hit, p, triangle);
+    accept = packet_accept(p, hit, group, id, flags, positive_kz, any_hit, culls);
+  }
+  accept = hit_counts(hit, accept, id, flags, attributes);
+  if (any_hit) {
+    accept = accept & hit_before_end(hit, p->t_max);
+#ifdef HAS_BLEND
+    if (flags & TRIANGLE_BLENDED) {
+      p->absorption += alpha_absorption(attributes, id, accept, hit->u, hit->v);
+      accept = p->absorption >= INTL(ABSORPTION_ALL);
+    }
+#endif
+    p->occluded = p->occluded | accept;
+  } else {
+    p->t = accept ? hit->t : p->t;
+    p->u = accept ? hit->u : p->u;
+    p->v = accept ? hit->v : p->v;
+    p->id = accept ? UINTL(id) : p->id;
+  }
+}
+
 // Tests the triangles of a leaf against the lanes of `group`.
 static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uint kz, IntL positive_kz,
                                global const BvhTriangle *triangles, uint first, uint count, bool any_hit, bool culls,
                                const AttributeSources *attributes)
 {
   for (uint i = first; i < first + count; i++) {
-    uint id = triangles[i].id, flags = triangles[i].flags;
-    if (any_hit && !culls && is_shadowless(flags)) continue;
-    TriangleHit hit = packet_triangle(&triangles[i], ray, kz);
-    IntL accept = packet_accept(p, &hit, group, id, flags, positive_kz, any_hit, culls);
-    if (!any_lane(accept)) continue;
-    if (any_lane(accept & hit.doubtful)) {
-      packet_hold(&hit, p, &triangles[i]);
-      accept = packet_accept(p, &hit, group, id, flags, positive_kz, any_hit, culls);
-    }
-    accept = hit_counts(&hit, accept, id, flags, attributes);
-    if (any_hit) {
-      accept = accept & hit_before_end(&hit, p->t_max);
-#ifdef HAS_BLEND
-      if (flags & TRIANGLE_BLENDED) {
-        p->absorption += alpha_absorption(attributes, id, accept, hit.u, hit.v);
-        accept = p->absorption >= INTL(ABSORPTION_ALL);
-      }
-#endif
-      p->occluded = p->occluded | accept;
-    } else {
-      p->t = accept ? hit.t : p->t;
-      p->u = accept ? hit.u : p->u;
-      p->v = accept ? hit.v : p->v;
-      p->id = accept ? UINTL(id) : p->id;
-    }
+    if (any_hit && !culls && is_shadowless(triangles[i].flags)) continue;
+    TriangleEdges edges = packet_edges(&triangles[i], ray, kz);
+    TriangleHit hit = packet_hit(&edges, ray);
+    packet_meet(p, &hit, group, positive_kz, &triangles[i], any_hit, culls, attributes);
   }
 }
 
@@ -170,21 +188,30 @@ static inline void packet_walk(Packet *p, IntL group, uint octant, uint kz, glob
   }
 }
 
-static inline Packet packet_load(global const float *rays, uint capacity, uint first, uint ray_count, float t_min)
+// To be tested against single triangles; to be traced it needs its slabs.
+static inline Packet packet_make(Vec3L origin, Vec3L direction, float t_min, FloatL t_max)
 {
   Packet p;
-  p.origin = stream_load3(rays, capacity, RAY_ORIGIN_X, first);
-  p.direction = stream_load3(rays, capacity, RAY_DIRECTION_X, first);
-  p.slab[0] = slab_axis(p.origin.x, p.direction.x);
-  p.slab[1] = slab_axis(p.origin.y, p.direction.y);
-  p.slab[2] = slab_axis(p.origin.z, p.direction.z);
+  p.origin = origin;
+  p.direction = direction;
   p.t_min = FLOATL(t_min);
-  p.t_max = stream_load_t_max(rays, capacity, first, ray_count);
+  p.t_max = t_max;
   p.t = p.t_max;
   p.u = p.v = FLOATL(0);
   p.id = UINTL(HIT_NONE);
   p.occluded = INTL(0);
   p.absorption = INTL(0);
+  return p;
+}
+
+static inline Packet packet_load(global const float *rays, uint capacity, uint first, uint ray_count, float t_min)
+{
+  Packet p = packet_make(stream_load3(rays, capacity, RAY_ORIGIN_X, first),
+                         stream_load3(rays, capacity, RAY_DIRECTION_X, first), t_min,
+                         stream_load_t_max(rays, capacity, first, ray_count));
+  p.slab[0] = slab_axis(p.origin.x, p.direction.x);
+  p.slab[1] = slab_axis(p.origin.y, p.direction.y);
+  p.slab[2] = slab_axis(p.origin.z, p.direction.z);
   return p;
 }
 

@@ -80,50 +80,55 @@ typedef struct SureSources {
   global const BvhTriangle *triangles;  // in the order of the BVH's leaves
 } SureSources;
 
-// How close to the light anything comes but the triangle `own` of a ray's start, in the texel; no ray meets that again.
-static inline float near_beside(const SureSources *of, global const ShadowBlock *block, uint number, uint texel,
-                                uint own)
+// Lanes of `asking` that are closer to the light than all in their texels of block `number` but the triangles `own` that
+// they start on, and do not meet again.
+static inline IntL own_judge(IntL asking, FloatL least_close, UintL texel, uint number, const SureSources *of,
+                             UintL own)
 {
-  uint name = block->first.number[texel];
-  if (name & SHADOW_CLOSED || of->triangles[name].id != own) return block->first.near[texel];
-  float second = block->row_count > 1 ? of->rows[number].near[texel] : -INFINITY;
-  return max(second, block->rest[texel]);
+  IntL owns = INTL(0);
+  global const ShadowBlock *block = &of->blocks[number];
+  UintL names = table_pick_uint(block->first.number, texel, asking, UINTL(SHADOW_CLOSED));
+  for (uint open = lane_bits((names & UINTL(SHADOW_CLOSED)) == UINTL(0)); open;) {
+    uint name = LANE_UINT(names, lowest_bit(open));
+    IntL named = names == UINTL(name);
+    open &= ~lane_bits(named);
+    owns = owns | (named & (own == UINTL(of->triangles[name].id)));
+  }
+  if (!any_lane(owns)) return owns;
+  FloatL none = FLOATL(-INFINITY), near = table_pick(block->rest, texel, owns, none);
+  if (block->row_count > 1) near = max_lane(table_pick(of->rows[number].near, texel, owns, none), near);
+  return owns & (least_close > near);
 }
 
-// What the texels of those that wait tell; `own`: the triangles that the rays start on.
-static inline void own_judge(Verdicts *v, const TexelLook *look, const SureSources *of, UintL own)
+// What the texels of those that wait tell; `own`: NULL, or the triangles that they start on.
+static inline void texels_judge(Verdicts *v, const TexelLook *look, const SureSources *of, const UintL *own)
 {
-  FloatL near = FLOATL(INFINITY), least_close = look->closeness - look->slack;
-  for (uint bits = lane_bits(v->waiting & (least_close >= v->least)); bits; bits &= bits - 1) {
-    uint lane = lowest_bit(bits), number = LANE_UINT(v->block, lane);
-    LANE_FLOAT(near, lane) =
-        near_beside(of, &of->blocks[number], number, LANE_UINT(look->texel, lane), LANE_UINT(own, lane));
+  FloatL least_close = look->closeness - look->slack, most_close = look->closeness + look->slack;
+  IntL known = least_close >= v->least;
+  for (uint bits = lane_bits(v->waiting); bits;) {
+    uint number = LANE_UINT(v->block, lowest_bit(bits));
+    IntL same = v->waiting & (v->block == UINTL(number));
+    bits &= ~lane_bits(same);
+    global const ShadowBlock *block = &of->blocks[number];
+    FloatL near = table_pick(block->first.near, look->texel, same, FLOATL(INFINITY));
+    FloatL covered = table_pick(block->covered, look->texel, same, FLOATL(-INFINITY));
+    IntL lit = known & (least_close > near), dark = most_close < covered;
+    if (own) {
+      IntL asking = same & known & !(lit | dark);
+      if (any_lane(asking)) lit = lit | own_judge(asking, least_close, look->texel, number, of, *own);
+    }
+    v->lit = v->lit | lit;
+    v->dark = v->dark | dark;
   }
-  v->lit = v->lit | (v->waiting & (least_close > near));
-  v->waiting = v->waiting & !v->lit;
-}
-
-// What the texels of those that wait tell.
-static inline void texels_judge(Verdicts *v, const TexelLook *look, global const ShadowBlock *blocks)
-{
-  FloatL near = FLOATL(INFINITY), covered = FLOATL(-INFINITY), least_close = look->closeness - look->slack;
-  for (uint bits = lane_bits(v->waiting); bits; bits &= bits - 1) {
-    uint lane = lowest_bit(bits), texel = LANE_UINT(look->texel, lane);
-    global const ShadowBlock *block = &blocks[LANE_UINT(v->block, lane)];
-    LANE_FLOAT(near, lane) = block->first.near[texel];
-    LANE_FLOAT(covered, lane) = block->covered[texel];
-  }
-  v->lit = v->lit | (v->waiting & (least_close > near) & (least_close >= v->least));
-  v->dark = v->dark | (v->waiting & (look->closeness + look->slack < covered));
   v->waiting = v->waiting & !(v->lit | v->dark);
 }
 
-// Judges the rays `active` from `origin` (world space) to the light.
-static inline Verdicts sure_judge(TexelLook *look, global const ShadowInfo *info, global const ShadowView *views,
-                                  const SureSources *of, Vec3L origin, IntL active)
+// Judges the rays `active` from `origin` (world space) to the light; `own`: NULL, or the triangles that they start on.
+static inline Verdicts sure_look(TexelLook *look, global const ShadowInfo *info, global const ShadowView *views,
+                                 const SureSources *of, Vec3L origin, IntL active, const UintL *own)
 {
   *look = texels_look(info, views + info->first_view, origin, active);
   Verdicts v = tiles_judge(look, of->tiles);
-  if (any_lane(v.waiting)) texels_judge(&v, look, of->blocks);
+  if (any_lane(v.waiting)) texels_judge(&v, look, of, own);
   return v;
 }

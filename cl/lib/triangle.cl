@@ -105,22 +105,32 @@ static inline TriangleHit triangle_distance(const TriangleEdges *e, const Sheare
   return hit;
 }
 
-// The rest of it.
+// What rounding may do to an edge function, in ROUNDING. Each sheared coordinate is off by 2 (|x| + |z|) roundings, each
+// product of an edge function by one and both by their factors' errors.
+static inline FloatL triangle_edge_terms(FloatL *z, const TriangleEdges *e)
+{
+  FloatL x = max_magnitude(e->ax, e->bx, e->cx), y = max_magnitude(e->ay, e->by, e->cy);
+  *z = max_magnitude(e->az, e->bz, e->cz);
+  return FLOATL(12) * x * y + FLOATL(4) * *z * (x + y);
+}
+
+static inline IntL triangle_close(const TriangleEdges *e, FloatL edge_terms)
+{
+  FloatL reach = FLOATL(ROUNDING) * edge_terms, least = min_lane(min_lane(e->u, e->v), e->w),
+         greatest = max_lane(max_lane(e->u, e->v), e->w);
+  return (least >= FLOATL(0) - reach) | (greatest <= reach);
+}
+
+// The rest of it. t is a mean of az, bz, cz weighted by edge functions over their sum, so that an error of these counts
+// by the distance of az, bz, cz from it.
 static inline void triangle_complete(TriangleHit *hit, const TriangleEdges *e, const ShearedRay *ray)
 {
   FloatL weighted = e->u * e->az + e->v * e->bz + e->w * e->cz;
   hit->u = e->v / e->determinant;
   hit->v = e->w / e->determinant;
 
-  // Each sheared coordinate is off by 2 (|x| + |z|) roundings, each product of an edge function by one and both by
-  // their factors' errors; t is a mean of az, bz, cz weighted by edge functions over their sum, so that an error of
-  // these counts by the distance of az, bz, cz from it.
-  FloatL x = max_magnitude(e->ax, e->bx, e->cx), y = max_magnitude(e->ay, e->by, e->cy),
-         z = max_magnitude(e->az, e->bz, e->cz);
-  FloatL edge = FLOATL(12) * x * y + FLOATL(4) * z * (x + y);
-  FloatL reach = FLOATL(ROUNDING) * edge, least = min_lane(min_lane(e->u, e->v), e->w),
-         greatest = max_lane(max_lane(e->u, e->v), e->w);
-  hit->close = (least >= FLOATL(0) - reach) | (greatest <= reach);
+  FloatL z, edge = triangle_edge_terms(&z, e);
+  hit->close = triangle_close(e, edge);
   FloatL depth = max_lane(max_lane(e->az, e->bz), e->cz) - min_lane(min_lane(e->az, e->bz), e->cz);
   hit->t_error = FLOATL(ROUNDING) * fabs(ray->shear_z) *
                  (FLOATL(6) * z + FLOATL(3) * edge * depth / max_lane(fabs(e->determinant), FLOATL(1e-37f)));

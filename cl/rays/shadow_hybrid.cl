@@ -28,83 +28,8 @@
 //         (rays where the map is unsure); Lauterbach, Mo, Manocha, "Fast Hard and Soft Shadow Generation on Complex
 //         Models using Selective Ray Tracing", 2009.
 
-#include "lib/packet.cl"
 #include "lib/radiance.cl"
-#include "lib/sure_look.cl"
-#include "shared/shadow.h"
-
-// Triangles that a packet has tested of late: those of several lanes are mostly the same.
-#define TESTED 8
-
-// Lanes of `group` that pass a triangle by no more than rounding.
-static inline IntL packet_grazes(const Packet *p, IntL group, const ShearedRay *ray, uint kz,
-                                 global const BvhTriangle *triangle)
-{
-  TriangleHit hit = packet_triangle(triangle, ray, kz);
-  return group & hit.close & !(hit.t < FLOATL(0) - hit.t_error) & !(hit.t - hit.t_error > p->t_max);
-}
-
-// Tests the packet's lanes `group`, which share the dominant axis `kz`, against the triangles that their texels name
-// and that may be closer to the light; returns those for which that is not enough: a BLEND surface is among them, or
-// the edge of a closed surface is so near that the ray might meet the side that is left out.
-static inline IntL named_walk(Packet *p, IntL group, uint kz, const TexelLook *look, UintL block, UintL row_count,
-                              const SureSources *of, const AttributeSources *attributes)
-{
-  global const BvhTriangle *triangles = of->triangles;
-  ShearedRay ray = shear_ray(p->origin, p->direction, kz);
-  IntL positive_kz = component3(p->direction, kz) > FLOATL(0), unclear = INTL(0), left = group;
-  UintL texel = look->texel;
-  FloatL closeness = look->closeness - look->slack;
-  uint tested[TESTED], turn = 0;
-  for (uint i = 0; i < TESTED; i++) tested[i] = HIT_NONE;
-  for (uint k = 0; k < SHADOW_NUMBERS; k++) {
-    left = left & !p->occluded;
-    for (uint bits = lane_bits(left); bits; bits &= bits - 1) {
-      uint lane = lowest_bit(bits), at = LANE_UINT(block, lane), entry = LANE_UINT(texel, lane);
-      global const ShadowRow *row = k ? &of->rows[(k - 1) * of->block_count + at] : &of->blocks[at].first;
-      if (k >= LANE_UINT(row_count, lane) || LANE_FLOAT(closeness, lane) > row->near[entry]) {
-        left = left & (LANE_INDEX != INTL((int)lane));
-        continue;
-      }
-      uint name = row->number[entry], number = name & ~SHADOW_CLOSED;
-      bool known = false;
-      for (uint i = 0; i < TESTED; i++) known |= tested[i] == number;
-#ifdef HAS_BLEND
-      if (triangles[number].flags & TRIANGLE_BLENDED) {
-        unclear = unclear | (group & (LANE_INDEX == INTL((int)lane)));
-        continue;
-      }
-#endif
-      if (known) continue;
-      tested[turn++ % TESTED] = number;
-      if (name & SHADOW_CLOSED) unclear = unclear | packet_grazes(p, group, &ray, kz, &triangles[number]);
-      packet_leaf(p, group, &ray, kz, positive_kz, triangles, number, 1, true, false, attributes);
-      bits &= lane_bits(!p->occluded) | (bits & -bits);
-    }
-  }
-  return unclear;
-}
-
-// What the triangles tell that the texels of those that wait name. All other rays are unsure.
-static inline void named_judge(Verdicts *v, const TexelLook *look, Packet *p, const SureSources *of,
-                               const AttributeSources *attributes)
-{
-  UintL axis = dominant_axis(p->direction), row_count = UINTL(0);
-  FloatL rest = FLOATL(INFINITY);
-  IntL unclear = INTL(0);
-  for (uint bits = lane_bits(v->waiting); bits; bits &= bits - 1) {
-    uint lane = lowest_bit(bits);
-    global const ShadowBlock *block = &of->blocks[LANE_UINT(v->block, lane)];
-    LANE_FLOAT(rest, lane) = block->rest[LANE_UINT(look->texel, lane)];
-    LANE_UINT(row_count, lane) = block->row_count;
-  }
-  for (uint kz = 0; kz < 3; kz++) {
-    IntL group = v->waiting & (axis == UINTL(kz));
-    if (any_lane(group)) unclear = unclear | named_walk(p, group, kz, look, v->block, row_count, of, attributes);
-  }
-  v->dark = v->dark | (v->waiting & p->occluded);
-  v->lit = v->lit | (v->waiting & !p->occluded & !unclear & (look->closeness - look->slack > rest));
-}
+#include "lib/sure_named.cl"
 
 // Adds the weights of the lanes `lit`; of `valid` all are in the stream.
 static inline void weights_add(IntL lit, IntL valid, global const float *rays, uint capacity, uint first,
@@ -140,7 +65,7 @@ kernel void shadow_hybrid(global const ShadowInfo *infos, uint light, global con
     IntL active = stream_load_t_max(rays, capacity, first, ray_count) > FLOATL(0);
     IntL valid = LANE_INDEX < INTL((int)(ray_count - first));
     TexelLook look;
-    Verdicts v = sure_judge(&look, &infos[light], views, &of, origin, active);
+    Verdicts v = sure_look(&look, &infos[light], views, &of, origin, active, NULL);
     if (any_lane(v.waiting)) {
       Packet p = packet_load(rays, capacity, first, ray_count, 0);
       named_judge(&v, &look, &p, &of, &attributes);

@@ -48,7 +48,7 @@ static inline void trace_segment(global const Bvh2Node *nodes, global const BvhT
 #ifdef HAS_BLEND
     through = absorption_through(p.absorption);
 #endif
-    for (uint bits = lane_bits(!p.occluded & (p.t_max > FLOATL(0))); bits; bits &= bits - 1)
+    for (uint bits = lane_bits(!p.occluded & (p.t_max >= FLOATL(0))); bits; bits &= bits - 1)
       stream_add_weight(rays, capacity, first + lowest_bit(bits), slots, radiance,
                         LANE_FLOAT(through, lowest_bit(bits)));
   }

@@ -180,7 +180,7 @@ static inline void trace_segment(global const Bvh8Node *nodes, global const Bvh8
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   for (uint i = begin; i < end; i++) {
     Ray ray = ray_load(rays, capacity, i, 0);
-    if (!(ray.t > 0) || ray_walk(&ray, nodes, blocks, true, culls, attributes)) continue;
+    if (ray.t < 0 || (ray.t > 0 && ray_walk(&ray, nodes, blocks, true, culls, attributes))) continue;
     float through = 1;
 #ifdef HAS_BLEND
     through = exp2(ray.absorption * (-1 / ABSORPTION_UNITS));

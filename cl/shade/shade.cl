@@ -35,7 +35,7 @@
 #include "lib/shadow_lookup.cl"
 #endif
 #ifdef HAS_SURE_MAPS
-#include "lib/sure_look.cl"
+#include "lib/sure_named.cl"
 #endif
 
 // Rays that arrive, LANES of them.
@@ -227,12 +227,12 @@ static inline Arrivals arrivals_load(constant ShadeInfo *shade, const WaveTile *
 }
 
 #ifdef HAS_SURE_MAPS
-static inline void judged_add(uint judged, global uint *count)
+static inline void count_add(uint rays, global uint *count)
 {
 #if LANES == 1
-  for (uint i = 0; i < judged; i++) place_take(count);  // one atomic for all work-items that come here together
+  for (uint i = 0; i < rays; i++) place_take(count);  // one atomic for all work-items that come here together
 #else
-  atomic_add(count, judged);
+  if (rays) atomic_add(count, rays);
 #endif
 }
 #endif
@@ -260,7 +260,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
   CameraSources camera = {cameras, view_count, offsets, shade->first_tile, shade->tile_count, shade->first_sample};
   FloatL zero = FLOATL(0);
 #ifdef HAS_SURE_MAPS
-  uint judged = 0;
+  uint judged = 0, waiting = 0;
   SureSources sure = {sure_tiles, sure_blocks, sure_rows, sure_block_count, leaf_triangles};
 #endif
   const bool begins = shade->from_camera && shade->first_batch;
@@ -334,14 +334,29 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
     }
 #ifdef HAS_SURE_MAPS
     IntL streamed = INTL(0);  // a light's ray is: those of later lights wait, as sums keep the lights' order
+    IntL shows = !s.reflectance.mirror | (max_component3(s.reflectance.diffuse) > zero);  // light of lights
 #endif
     for (uint i = 0; i < shade->light_count; i++) {
       uint number = shade->first_light + i;
       Lighting light = light_arriving(&lights[number], origin);
+      IntL reached = lit & (dot3(s.geometric, light.unit) > zero);
+#ifdef HAS_SURE_MAPS
+      Verdicts verdicts = {INTL(0), INTL(0), INTL(0), UINTL(0), zero};
+      const bool is_judged = (shade->casting_lights & shade->judged_lights) >> i & 1 && sure_infos[number].view_count;
+      if (is_judged) {
+        IntL asks = reached & shows & (dot3(s.normal, light.unit) > zero) & (max_component3(light.irradiance) > zero);
+        SureRays of = {origin, light.to_light, light.t_max, id};
+        verdicts = sure_judge(&of, &sure_infos[number], sure_views, &sure, asks, &attributes);
+        judged += (uint)popcount(
+            lane_bits(LANES > 1 ? verdicts.lit | verdicts.dark : (verdicts.lit & !streamed) | verdicts.dark));
+        reached = asks & !verdicts.dark;
+        if (!any_lane(reached)) continue;
+      }
+#endif
       Vec3L f = shade->model == LIGHTING_MODEL_PHONG ? brdf_phong(&s.reflectance, s.normal, to_eye, light.unit)
                                                      : brdf_pbr(&s.reflectance, s.normal, to_eye, light.unit);
       Vec3L arrives = mul3(mul3(f, light.irradiance), weight);
-      IntL reached = lit & (dot3(s.geometric, light.unit) > zero) & (max_component3(arrives) > zero);
+      reached = reached & (max_component3(arrives) > zero);
 #ifdef HAS_AREA_LIGHTS
       if (shade->area_lights >> i & 1) {
         IntL within = reached & light_point_choose(&light, lights[number].kind, shade, number, slot);
@@ -362,13 +377,14 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
       }
 #endif
 #ifdef HAS_SURE_MAPS
-      if (shade->judged_lights >> i & 1 && sure_infos[number].view_count) {
-        TexelLook look;
-        Verdicts v = sure_judge(&look, &sure_infos[number], sure_views, &sure, origin, reached & !streamed);
-        if (any_lane(v.waiting)) own_judge(&v, &look, &sure, id);
-        sum.rgb = select3(v.lit, add3(sum.rgb, arrives), sum.rgb);
-        judged += (uint)popcount(lane_bits(v.lit | v.dark));
-        reached = reached & !(v.lit | v.dark);
+      if (is_judged) {
+        IntL waits = verdicts.lit & reached & streamed;
+        sum.rgb = select3(verdicts.lit & reached & !waits, add3(sum.rgb, arrives), sum.rgb);
+        reached = reached & (waits | !verdicts.lit);
+#if LANES > 1  // else the judging of what is streamed asks again
+        light.t_max = waits ? zero : light.t_max;
+        waiting += (uint)popcount(lane_bits(waits));
+#endif
       }
       streamed = streamed | reached;
 #endif
@@ -404,6 +420,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                             environment_levels, &streams);
   }
 #ifdef HAS_SURE_MAPS
-  if (judged) judged_add(judged, &counts[STREAM_COUNT_JUDGED]);
+  count_add(judged, &counts[STREAM_COUNT_JUDGED]);
+  count_add(waiting, &counts[STREAM_COUNT_WAITING]);
 #endif
 }

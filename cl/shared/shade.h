@@ -58,11 +58,13 @@ typedef struct ShadeInfo {
 SHARED_SIZE(ShadeInfo, 140);
 
 // Counters of the streams that a launch appends to: shadow rays by light of the batch, reflected rays, what BLEND lets
-// through, and the environment's rays by segment; and how many shadow rays were judged, which go to no stream.
+// through, and the environment's rays by segment; and how many shadow rays were judged, and of these how many are in a
+// stream all the same: they are lit, and wait for a ray of an earlier light (t_max of 0).
 #define STREAM_COUNT_REFLECTED LIGHTS_PER_LAUNCH
 #define STREAM_COUNT_TRANSMITTED (LIGHTS_PER_LAUNCH + 1)
 #define STREAM_COUNT_ENVIRONMENT (LIGHTS_PER_LAUNCH + 2)
 #define STREAM_COUNT_JUDGED (STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_SEGMENTS)
-#define STREAM_COUNTS (STREAM_COUNT_JUDGED + 1)
+#define STREAM_COUNT_WAITING (STREAM_COUNT_JUDGED + 1)
+#define STREAM_COUNTS (STREAM_COUNT_WAITING + 1)
 
 #endif

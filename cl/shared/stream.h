@@ -7,7 +7,7 @@
 
 // A ray is the segment origin + t * direction, t_min < t <= t_max; the direction is not of unit length: camera rays
 // have t = depth along the view axis, shadow rays t = 1 at the light. A ray with t_max < 0 is inactive and hits
-// nothing.
+// nothing; a shadow ray with t_max = 0 is known to arrive, and is not traced.
 enum RayField {
   RAY_ORIGIN_X,
   RAY_ORIGIN_Y,

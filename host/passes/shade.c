@@ -136,7 +136,7 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
       log));
   if (spawns) TRY(buffer_read(device, &shader->counts, counts, STREAM_COUNTS * sizeof *counts, log));
   for (int i = 0; i < STREAM_COUNTS; i++)
-    if (counts[i] > count * (i == STREAM_COUNT_JUDGED ? LIGHTS_PER_LAUNCH : 1)) {
+    if (counts[i] > count * (i >= STREAM_COUNT_JUDGED ? LIGHTS_PER_LAUNCH : 1)) {
       status = log_fail(log, STATUS_DEVICE, "%s: says that %u rays spawned %u: it computes wrong: try another --device",
                         device_info(device)->name, count, counts[i]);
       goto done;

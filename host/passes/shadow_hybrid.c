@@ -221,12 +221,13 @@ Status shadow_hybrid_trace(ShadowHybrid *hybrid, const Tracer *tracer, Device *d
   const SureMaps *maps = &hybrid->maps;
   uint32_t unsure = 0;
   const uint32_t dark_alone = trust == HYBRID_TRUST_DARK;
-  const Coherence coherence = trust == HYBRID_TRUST_ALL ? RAYS_COHERENT : RAYS_INCOHERENT;
+  const bool is_told = trust == HYBRID_TRUST_TOLD;
+  const Coherence coherence = trust == HYBRID_TRUST_ALL || is_told ? RAYS_COHERENT : RAYS_INCOHERENT;
   hybrid->rays += count;
-  if (trust == HYBRID_TRUST_NONE) {
+  if (trust == HYBRID_TRUST_NONE || is_told) {
     hybrid->traced += count;
-    return trace_any(tracer, device, scene, rays, segment, count, radiance, coherence, "trace incoherent shadow rays",
-                     log);
+    return trace_any(tracer, device, scene, rays, segment, count, radiance, coherence,
+                     is_told ? "trace unsure shadow rays" : "trace incoherent shadow rays", log);
   }
   TRY(buffer_zero(device, &hybrid->unsure_count, log));
   TRY(device_launch(

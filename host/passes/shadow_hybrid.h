@@ -55,11 +55,12 @@ Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScen
 bool shadow_hybrid_has(const ShadowHybrid *hybrid, uint32_t light);
 
 // What of the maps' verdicts is believed. What two mirrors reflect may begin within a closed surface that touches them,
-// by rounding: of that only what is dark. Of rays that go all ways nothing: the maps gain nothing there.
-typedef enum HybridTrust { HYBRID_TRUST_ALL, HYBRID_TRUST_DARK, HYBRID_TRUST_NONE } HybridTrust;
+// by rounding: of that only what is dark. Of rays that go all ways nothing: the maps gain nothing there. Of rays that
+// shading has judged there is nothing more to know.
+typedef enum HybridTrust { HYBRID_TRUST_ALL, HYBRID_TRUST_DARK, HYBRID_TRUST_NONE, HYBRID_TRUST_TOLD } HybridTrust;
 
 // Adds the weights of rays [0, count) of segment `segment` that nothing stops on their way to light `light`: what
-// trace_any does. What is not judged is traced, that of HYBRID_TRUST_ALL as coherent rays. Waits for the device to say
+// trace_any does. What is not judged is traced, that of HYBRID_TRUST_ALL and _TOLD as coherent rays. Waits for the device to say
 // how many rays are unsure. Errors: STATUS_DEVICE.
 Status shadow_hybrid_trace(ShadowHybrid *hybrid, const Tracer *tracer, Device *device, const DeviceScene *scene,
                            uint32_t light, const RayStream *rays, uint32_t segment, uint32_t count,

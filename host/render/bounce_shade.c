@@ -22,15 +22,17 @@ done:
   return status;
 }
 
-static HybridTrust trust_of(const Frame *frame, Coherence coherence)
+// `judged`: by shading, which on a CPU leaves nothing to tell.
+static HybridTrust trust_of(const Frame *frame, bool judged, Coherence coherence)
 {
+  if (judged && device_traits(frame->device)->lanes > 1) return HYBRID_TRUST_TOLD;
   if (coherence == RAYS_COHERENT) return HYBRID_TRUST_ALL;
   return plan_samples_lobes(&frame->request.plan) ? HYBRID_TRUST_NONE : HYBRID_TRUST_DARK;
 }
 
 // Lets through what light `light` sends along the rays of segment `segment` past what stands in its way.
 static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_t light, uint32_t segment,
-                              uint32_t count, Coherence coherence, Log *log)
+                              uint32_t count, bool judged, Coherence coherence, Log *log)
 {
   if (count == 0) return STATUS_OK;
   ShadowDoubt *doubt = frame->request.doubt;
@@ -46,7 +48,8 @@ static Status shadows_resolve(Frame *frame, const ShadeStreams *streams, uint32_
                                       : STATUS_OK;
   if (shadow_hybrid_has(&frame->shadow_hybrid, light))
     return shadow_hybrid_trace(&frame->shadow_hybrid, &frame->tracer, frame->device, frame->scene, light,
-                               streams->shadow, segment, count, streams->radiance, trust_of(frame, coherence), log);
+                               streams->shadow, segment, count, streams->radiance, trust_of(frame, judged, coherence),
+                               log);
   return trace_any(&frame->tracer, frame->device, frame->scene, streams->shadow, segment, count, streams->radiance,
                    coherence, "trace shadow rays", log);
 }
@@ -80,9 +83,11 @@ Status bounce_shade(Frame *frame, const ShadeStreams *streams, uint32_t count, c
     lights_sort(&batch, info, frame);
     TRY(shade(&frame->shader, frame->device, frame->scene, streams, count, &batch, spawned, "shade and spawn rays",
               log));
-    frame->shadow_hybrid.rays += spawned[STREAM_COUNT_JUDGED];
     for (uint32_t i = 0; i < batch.light_count; i++)
-      TRY(shadows_resolve(frame, streams, batch.first_light + i, i, spawned[i], coherence, log));
+      TRY(shadows_resolve(frame, streams, batch.first_light + i, i, spawned[i], batch.judged_lights >> i & 1, coherence,
+                          log));
+    frame->shadow_hybrid.rays += spawned[STREAM_COUNT_JUDGED] - spawned[STREAM_COUNT_WAITING];
+    frame->shadow_hybrid.traced -= spawned[STREAM_COUNT_WAITING];
     if (batch.first_batch) {
       memcpy(counts, spawned, sizeof spawned);
       TRY(environment_trace(frame, streams, counts, log));
