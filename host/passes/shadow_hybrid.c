@@ -57,10 +57,12 @@ Status shadow_hybrid_make(ShadowHybrid *out, Device *device, const DeviceScene *
   hybrid.fits = calloc(scene->light_count + 1, sizeof *hybrid.fits);
   hybrid.probes = calloc(scene->light_count + 1, sizeof *hybrid.probes);
   hybrid.suited = calloc(scene->light_count + 1, sizeof *hybrid.suited);
-  if (!hybrid.fits || !hybrid.probes || !hybrid.suited) {
+  hybrid.lights = calloc(scene->light_count + 1, sizeof *hybrid.lights);
+  if (!hybrid.fits || !hybrid.probes || !hybrid.suited || !hybrid.lights) {
     status = log_no_memory(log, "sure maps");
     goto done;
   }
+  if (scene->light_count) memcpy(hybrid.lights, scene->light_infos, scene->light_count * sizeof *hybrid.lights);
   TRY(kernels_make(&hybrid, device, scene, log));
   TRY(ray_stream_make(&hybrid.unsure, device, capacity, 1, "unsure shadow rays", log));
   TRY(buffer_create(&hybrid.unsure_count, device, sizeof(uint32_t), NULL, "unsure shadow rays", log));
@@ -172,6 +174,8 @@ Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScen
   Status status = STATUS_OK;
   DeviceBuffer solid = {0};
   SureRaster raster = {0};
+  hybrid->camera = *receivers->camera;
+  hybrid->samples = receivers->samples;
   if (before && ((scene->mover_count && scene->trees_rebuilt) || before->maps.block_count == 0)) before = NULL;
   TRY(sure_raster_make(&raster, device, triangles, &(RasterOptions){0}, log));
   TRY(sure_maps_read_marks(&hybrid->maps, device, log));
@@ -194,12 +198,36 @@ done:
   return status;
 }
 
+bool shadow_hybrid_take(ShadowHybrid *hybrid, const DeviceScene *scene, const ShadowReceivers *receivers,
+                        ShadowHybrid *before)
+{
+  const uint32_t lights = hybrid->maps.light_count;
+  if (!before || scene->mover_count || before->maps.block_count == 0 || before->maps.light_count != lights)
+    return false;
+  if (memcmp(&before->camera, receivers->camera, sizeof before->camera) != 0 || before->samples != receivers->samples ||
+      memcmp(before->lights, hybrid->lights, lights * sizeof *hybrid->lights) != 0)
+    return false;
+  hybrid->camera = before->camera;
+  hybrid->samples = before->samples;
+  hybrid->left_out = before->left_out;
+  sure_maps_free(&hybrid->maps);
+  solids_free(&hybrid->solids);
+  hybrid->maps = before->maps;
+  hybrid->solids = before->solids;
+  memcpy(hybrid->suited, before->suited, lights * sizeof *hybrid->suited);
+  before->maps = (SureMaps){0};
+  before->solids = (Solids){0};
+  sure_maps_stay(&hybrid->maps);
+  return true;
+}
+
 void shadow_hybrid_free(ShadowHybrid *hybrid)
 {
   sure_maps_free(&hybrid->maps);
   free(hybrid->fits);
   free(hybrid->probes);
   free(hybrid->suited);
+  free(hybrid->lights);
   solids_free(&hybrid->solids);
   kernel_free(&hybrid->judge);
   kernel_free(&hybrid->mark);

@@ -22,6 +22,10 @@ typedef struct ShadowHybrid {
   RayStream unsure;
   DeviceBuffer unsure_count;
   uint64_t rays, traced;  // of what was judged so far, by shading too
+  // Whom the maps were drawn for.
+  CameraInfo camera;
+  LightInfo *lights;  // [light_count]
+  uint32_t samples;
 } ShadowHybrid;
 
 // Aims the maps of every light whose method is HYBRID, as finely as they may be drawn; `taken_bytes` of what all maps
@@ -50,6 +54,11 @@ typedef struct ShadowReceivers {
 // buffer_create.
 Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                           const ShadowReceivers *receivers, ShadowHybrid *before, Log *log);
+
+// Takes the maps of the frame before in a sequence, whole, if all is as it was then: the pose, the lights, and for whom
+// they are. False where it is not: then nothing was done, and receivers are to be marked, and maps drawn.
+bool shadow_hybrid_take(ShadowHybrid *hybrid, const DeviceScene *scene, const ShadowReceivers *receivers,
+                        ShadowHybrid *before);
 
 // False where nothing of a light's maps is drawn: all its rays are to be traced.
 bool shadow_hybrid_has(const ShadowHybrid *hybrid, uint32_t light);

@@ -52,6 +52,9 @@ Status sure_maps_shrink(SureMaps *maps, Device *device, const ShadowFit *fits, c
 // moved, get what was drawn; its buffers may be taken. Errors: those of buffer_create.
 Status sure_maps_settle(SureMaps *maps, Device *device, const DeviceScene *scene, SureMaps *before, Log *log);
 
+// Says of all views that they stayed.
+void sure_maps_stay(SureMaps *maps);
+
 // Views of a light that stayed.
 uint32_t sure_maps_kept(const SureMaps *maps, uint32_t light);
 

@@ -122,6 +122,12 @@ done:
   return status;
 }
 
+void sure_maps_stay(SureMaps *maps)
+{
+  for (uint32_t light = 0; light < maps->light_count; light++)
+    for (uint32_t view = 0; view < maps->lights[light].view_count; view++) maps->stayed[light][view] = true;
+}
+
 Status sure_maps_settle(SureMaps *maps, Device *device, const DeviceScene *scene, SureMaps *before, Log *log)
 {
   Status status = STATUS_OK;

@@ -40,15 +40,17 @@ Status shadow_receivers_prepare(Frame *frame, Log *log)
   Status status = STATUS_OK;
   const FrameRequest request = frame->request;
   CameraRays picture = frame->camera;
+  const ShadowReceivers receivers = {&picture.info, request.samples, PROBE_PX * PROBE_PX};
+  ShadowHybrid *before = request.before ? &request.before->shadow_hybrid : NULL;
+  if (shadow_hybrid_take(&frame->shadow_hybrid, frame->scene, &receivers, before)) return STATUS_OK;
   CameraInfo info = camera_info_blocks(&picture.info, PROBE_PX);
   frame->camera = (CameraRays){0};
   frame->marking = true;
   frame->request = probe_request(&request);
   TRY(camera_rays_make(&frame->camera, frame->device, &info, 1, log));
   if (frame->scene->triangle_count > 0) TRY(probes_mark(frame, log));  // a frame may be there for its programs alone
-  TRY(shadow_hybrid_draw(&frame->shadow_hybrid, frame->device, frame->scene, &frame->raster_scene,
-                         &(ShadowReceivers){&picture.info, request.samples, PROBE_PX * PROBE_PX},
-                         request.before ? &request.before->shadow_hybrid : NULL, log));
+  TRY(shadow_hybrid_draw(&frame->shadow_hybrid, frame->device, frame->scene, &frame->raster_scene, &receivers, before,
+                         log));
 
 done:
   camera_rays_free(&frame->camera);
