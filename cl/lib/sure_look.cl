@@ -12,29 +12,47 @@ typedef struct TexelLook {
   FloatL closeness, slack;
 } TexelLook;
 
+// Where on the map of a view the lanes `group` are.
+static inline void view_look(TexelLook *look, UintL *texel_x, UintL *texel_y, const MapPoint *at, IntL group,
+                             uint size_px, bool parallel)
+{
+  FloatL last = FLOATL((float)(size_px - 1)), zero = FLOATL(0), one = FLOATL(1);
+  *texel_x = group ? LANE_AS_UINT(LANE_CONVERT_INT(min_lane(max_lane(at->x, zero), last))) : *texel_x;
+  *texel_y = group ? LANE_AS_UINT(LANE_CONVERT_INT(min_lane(max_lane(at->y, zero), last))) : *texel_y;
+  FloatL closeness = parallel ? zero - at->depth : one / at->w;
+  look->closeness = group ? closeness : look->closeness;
+  look->slack =
+      group ? (parallel ? FLOATL(SHADOW_ROUNDING_PARALLEL) : closeness * FLOATL(SHADOW_ROUNDING)) : look->slack;
+}
+
 static inline TexelLook texels_look(global const ShadowInfo *info, global const ShadowView *views, Vec3L origin,
                                     IntL active)
 {
   TexelLook look;
   uint tile_columns = TILE_COLUMNS(info->size_px);
-  UintL chosen = shadow_view_choose(info, views, origin), texel_x = UINTL(0), texel_y = UINTL(0), three = UINTL(3);
-  look.mapped = active & (chosen != UINTL(SHADOW_VIEW_NONE));
+  UintL chosen = UINTL(SHADOW_VIEW_NONE), texel_x = UINTL(0), texel_y = UINTL(0), three = UINTL(3);
+  IntL left = active;
   look.closeness = look.slack = FLOATL(0);
-  for (uint bits = lane_bits(look.mapped); bits;) {
-    uint number = LANE_UINT(chosen, lowest_bit(bits));
-    IntL group = look.mapped & (chosen == UINTL(number));
-    bits &= ~lane_bits(group);
-    global const ShadowView *view = &views[number];
-    MapPoint at = shadow_project(view, shadow_relative(view, origin));
-    FloatL last = FLOATL((float)(info->size_px - 1)), zero = FLOATL(0), one = FLOATL(1);
-    texel_x = group ? LANE_AS_UINT(LANE_CONVERT_INT(min_lane(max_lane(at.x, zero), last))) : texel_x;
-    texel_y = group ? LANE_AS_UINT(LANE_CONVERT_INT(min_lane(max_lane(at.y, zero), last))) : texel_y;
-    bool parallel = view->raster.parallel;
-    FloatL closeness = parallel ? zero - at.depth : one / at.w;
-    look.closeness = group ? closeness : look.closeness;
-    look.slack =
-        group ? (parallel ? FLOATL(SHADOW_ROUNDING_PARALLEL) : closeness * FLOATL(SHADOW_ROUNDING)) : look.slack;
+  if (info->views == SHADOW_VIEWS_CUBE) {
+    chosen = shadow_view_choose(info, views, origin);
+    left = active & (chosen == UINTL(SHADOW_VIEW_NONE));
+    for (uint bits = lane_bits(active & !left); bits;) {
+      uint number = LANE_UINT(chosen, lowest_bit(bits));
+      IntL group = active & (chosen == UINTL(number));
+      bits &= ~lane_bits(group);
+      MapPoint at = shadow_project(&views[number], shadow_relative(&views[number], origin));
+      view_look(&look, &texel_x, &texel_y, &at, group, info->size_px, views[number].raster.parallel);
+    }
+  } else {
+    for (uint i = 0; i < info->view_count && any_lane(left); i++) {
+      MapPoint at = shadow_project(&views[i], shadow_relative(&views[i], origin));
+      IntL group = left & shadow_in_view(&at, info, views[i].raster.parallel);
+      view_look(&look, &texel_x, &texel_y, &at, group, info->size_px, views[i].raster.parallel);
+      chosen = group ? UINTL(i) : chosen;
+      left = left & !group;
+    }
   }
+  look.mapped = active & !left;
   look.x = texel_x >> UINTL(2);
   look.y = texel_y >> UINTL(2);
   look.texel = ((texel_y & three) << UINTL(2)) + (texel_x & three);
