@@ -126,7 +126,8 @@ static json_t *shadow_costs_json(const Plan *plan, const DeviceScene *scene)
   for (uint32_t i = 0; i < scene->light_count; i++) {
     uint32_t kind = scene->light_infos[i].kind;
     const ShadowCost *cost = &plan->shadow_costs[kind];
-    json_t *costs = json_pack("{s:f, s:f}", "rays", cost->rays_ms, "hybrid", cost->hybrid_ms);
+    json_t *costs =
+        json_pack("{s:f, s:f, s:f}", "rays", cost->rays_ms, "hybrid", cost->hybrid_ms, "hybrid_kept", cost->kept_ms);
     if (!plan->light_shadows)
       json_object_set_new(costs, "method", json_string(shadow_words[plan_light_shadows(plan, i, kind)]));
     json_object_set_new(out, light_kind_names[kind], costs);

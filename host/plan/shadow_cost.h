@@ -11,13 +11,14 @@ typedef struct ShadowCostFacts {
   bool gpu;
 } ShadowCostFacts;
 
-// Milliseconds of one picture; hybrid: its maps drawn for it alone.
+// Milliseconds of one picture; hybrid: its maps drawn for it alone; kept: they are those of the frame before.
 typedef struct ShadowCost {
-  double rays_ms, hybrid_ms;
+  double rays_ms, hybrid_ms, kept_ms;
 } ShadowCost;
 
 // A pure function of the facts: models fitted to measurements, never the clock of the moment.
 ShadowCost shadow_cost(const ShadowCostFacts *facts);
 
-// Is hybrid clearly the quicker, by more than what the model may be off by?
-bool shadow_hybrid_gains(const ShadowCost *cost);
+// Is hybrid so much quicker for a single picture that it is to be taken? That maps may be kept does not count: a plan is
+// made before it is known what of the next frames moves.
+bool shadow_hybrid_gains(const ShadowCost *cost, bool gpu);
