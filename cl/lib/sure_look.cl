@@ -98,8 +98,8 @@ typedef struct SureSources {
   global const BvhTriangle *triangles;  // in the order of the BVH's leaves
 } SureSources;
 
-// Lanes of `asking` that are closer to the light than all in their texels of block `number` but the triangles `own` that
-// they start on, and do not meet again.
+// Lanes of `asking` that are closer to the light than all in their texels of block `number` but the triangles `own`
+// that they start on, and do not meet again.
 static inline IntL own_judge(IntL asking, FloatL least_close, UintL texel, uint number, const SureSources *of,
                              UintL own)
 {

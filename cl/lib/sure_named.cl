@@ -1,5 +1,6 @@
 // What the triangles that texels name (ShadowRow of shared/shadow.h) tell of shadow rays of which a look at the maps
-// (lib/sure_look.cl) could not: each is tested against all rays of a packet at once, by the very function that rays ask.
+// (lib/sure_look.cl) could not: each is tested against all rays of a packet at once, by the very function that rays
+// ask.
 
 #include "lib/packet.cl"
 #include "lib/sure_look.cl"

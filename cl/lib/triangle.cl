@@ -105,8 +105,8 @@ static inline TriangleHit triangle_distance(const TriangleEdges *e, const Sheare
   return hit;
 }
 
-// What rounding may do to an edge function, in ROUNDING. Each sheared coordinate is off by 2 (|x| + |z|) roundings, each
-// product of an edge function by one and both by their factors' errors.
+// What rounding may do to an edge function, in ROUNDING; z: the most of az, bz, cz. Each sheared coordinate is off by
+// 2 (|x| + |z|) roundings, each product of an edge function by one and both by their factors' errors.
 static inline FloatL triangle_edge_terms(FloatL *z, const TriangleEdges *e)
 {
   FloatL x = max_magnitude(e->ax, e->bx, e->cx), y = max_magnitude(e->ay, e->by, e->cy);

@@ -69,8 +69,8 @@ bool shadow_hybrid_has(const ShadowHybrid *hybrid, uint32_t light);
 typedef enum HybridTrust { HYBRID_TRUST_ALL, HYBRID_TRUST_DARK, HYBRID_TRUST_NONE, HYBRID_TRUST_TOLD } HybridTrust;
 
 // Adds the weights of rays [0, count) of segment `segment` that nothing stops on their way to light `light`: what
-// trace_any does. What is not judged is traced, that of HYBRID_TRUST_ALL and _TOLD as coherent rays. Waits for the device to say
-// how many rays are unsure. Errors: STATUS_DEVICE.
+// trace_any does. What is not judged is traced, that of HYBRID_TRUST_ALL and _TOLD as coherent rays. Waits for the
+// device to say how many rays are unsure, where they are judged. Errors: STATUS_DEVICE.
 Status shadow_hybrid_trace(ShadowHybrid *hybrid, const Tracer *tracer, Device *device, const DeviceScene *scene,
                            uint32_t light, const RayStream *rays, uint32_t segment, uint32_t count,
                            const DeviceBuffer *radiance, HybridTrust trust, Log *log);
