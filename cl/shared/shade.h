@@ -26,20 +26,21 @@
 #define ENVIRONMENT_SEGMENTS (OCCLUSION_RAYS + 1)
 
 typedef struct ShadeInfo {
-  uint model;              // LIGHTING_MODEL_*
-  uint first_light;        // of this launch's batch
-  uint light_count;        // in the batch, 0..LIGHTS_PER_LAUNCH
-  uint first_batch;        // 1: this launch adds emission, ambient and environment, and spawns reflected rays
-  uint casting_lights;     // bit i: light i of the batch casts shadows; of others light arrives unblocked
-  uint judged_lights;      // with HAS_SURE_MAPS, bit i: its sure maps judge shadow rays first
-  uint area_lights;        // with HAS_AREA_LIGHTS, bit i: a point of it is chosen by chance
-  uint reflect;            // 1: mirrors spawn rays, and rough surfaces up to max_roughness; 0: they stay dark
-  uint environment_light;  // ENVIRONMENT_BY_*; pbr alone
-  float ambient;           // phong
-  float min_weight;        // reflected rays below it in every channel are cut
-  float min_transmitted;   // the same for what BLEND lets through
-  uint primary;            // 1: camera rays, or what BLEND let through of them: they count as coverage
-  uint flat_background;    // 1: camera rays that miss see `background` in place of the environment
+  uint model;        // LIGHTING_MODEL_*
+  uint first_light;  // of this launch's batch
+  uint light_count;  // in the batch, 0..LIGHTS_PER_LAUNCH
+  uint first_batch;  // 1: this launch adds emission, ambient and environment, and spawns reflected rays
+  // Bytes, so that all of it can be written without a wait for what runs (buffer_write).
+  unsigned char casting_lights;  // bit i: light i of the batch casts shadows; of others light arrives unblocked
+  unsigned char judged_lights;   // with HAS_SURE_MAPS, bit i: its sure maps judge shadow rays first
+  unsigned char area_lights;     // with HAS_AREA_LIGHTS, bit i: a point of it is chosen by chance
+  unsigned char reflect;         // 1: mirrors spawn rays, and rough surfaces up to max_roughness; 0: they stay dark
+  uint environment_light;        // ENVIRONMENT_BY_*; pbr alone
+  float ambient;                 // phong
+  float min_weight;              // reflected rays below it in every channel are cut
+  float min_transmitted;         // the same for what BLEND lets through
+  uint primary;                  // 1: camera rays, or what BLEND let through of them: they count as coverage
+  uint flat_background;          // 1: camera rays that miss see `background` in place of the environment
   Float3 background;
   float max_roughness;  // of surfaces that reflect by samples, with HAS_LOBES
   float occlusion_radius_m;
@@ -55,7 +56,7 @@ typedef struct ShadeInfo {
   uint from_camera;                  // 1: the rays are those of the camera, of which there is no stream
   float map_roughness;               // with HAS_ROUGH_MAPS, of surfaces for whose lobe maps are asked; 0: none
 } ShadeInfo;
-SHARED_SIZE(ShadeInfo, 140);
+SHARED_SIZE(ShadeInfo, 128);
 
 // Counters of the streams that a launch appends to: shadow rays by light of the batch, reflected rays, what BLEND lets
 // through, and the environment's rays by segment; and how many shadow rays were judged, and of these how many are in a

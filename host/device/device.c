@@ -207,7 +207,7 @@ static DeviceTraits traits_for(const DeviceInfo *info)
                         .rays_per_item = 64,
                         .group_size = 1,
                         .wave_rays = 1u << 15,  // streams stay in the cache
-                        .lean_waves = 4,
+                        .lean_waves = 12,
                         .wide_bvh = true,
                         .fast_fma = host_has_fma()};
 }

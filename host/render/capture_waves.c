@@ -13,7 +13,7 @@ Status capture_some_waves(Frame *frame, uint32_t width, uint32_t height, uint32_
   picture->height = height;
   picture->crop_x = picture->crop_y = 0;
   picture->tiles_per_row = width / TILE_SIZE;
-  uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS);
+  uint32_t wave_tiles = frame_wave_tiles(frame, tiles, 1);
   uint32_t wave_samples = smaller(samples, frame->capacity / (wave_tiles * TILE_PIXELS));
   for (uint32_t sample = 0; sample < samples; sample += wave_samples)
     for (uint32_t tile = 0; tile < tiles; tile += wave_tiles) {

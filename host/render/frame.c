@@ -229,16 +229,20 @@ done:
   return status;
 }
 
+uint32_t frame_wave_tiles(const Frame *frame, uint32_t tiles, uint32_t samples)
+{
+  uint32_t most = smaller(tiles, frame->capacity / TILE_PIXELS / samples);
+  uint32_t row = frame_camera(frame)->info.tiles_per_row * BIN_TILES, bins = most > row ? row : BIN_TILES * BIN_TILES;
+  return most > bins && most < tiles ? most - most % bins : most;
+}
+
 Status frame_render(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const FrameRequest *request = &frame->request;
   uint32_t tiles = tiles_of(&frame->camera.info), samples = request->samples;
   uint32_t together = request->doubt ? request->doubt->samples_a_probe : 1;  // in one wave
-  uint32_t wave_tiles = smaller(tiles, frame->capacity / TILE_PIXELS / together);
-  uint32_t bin_row = frame->camera.info.tiles_per_row * BIN_TILES,
-           whole = wave_tiles > bin_row ? bin_row : BIN_TILES * BIN_TILES;
-  if (wave_tiles > whole && wave_tiles < tiles) wave_tiles -= wave_tiles % whole;  // few bins in two waves
+  uint32_t wave_tiles = frame_wave_tiles(frame, tiles, together);
   uint32_t wave_samples = smaller(samples, frame->capacity / (wave_tiles * TILE_PIXELS));
   if (wave_samples > together) wave_samples -= wave_samples % together;
   double total = (double)tiles * samples, done_work = 0, queued = 0;

@@ -129,6 +129,9 @@ void frame_retire(Frame *frame);
 // Renders all waves; the sums are then in frame->film. Errors: STATUS_DEVICE.
 Status frame_render(Frame *frame, Log *log);
 
+// Tiles of a wave of `samples` of each, of `tiles` that are left: few bins of raster lie in two waves.
+uint32_t frame_wave_tiles(const Frame *frame, uint32_t tiles, uint32_t samples);
+
 // Renders one wave into the radiance by slot: of the camera, or of the cube map that is captured.
 Status frame_render_wave(Frame *frame, const Wave *wave, Log *log);
 

@@ -49,7 +49,7 @@ static Status capture_draw(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   uint32_t tiles = frame->camera.info.tiles_per_row * camera_tile_rows(&frame->camera);
-  uint32_t most = frame->capacity / TILE_PIXELS;
+  uint32_t most = frame_wave_tiles(frame, tiles, 1);
   TRY(raster_visibility_aim(&frame->raster, frame->device, &frame->raster_scene, &frame->camera, 1, frame->capacity,
                             log));
   for (uint32_t tile = 0; tile < tiles; tile += most) {
