@@ -5,12 +5,12 @@
 //         rows) of each view
 //   out   hits, hit_ids        the hit stream of the wave (shared/stream.h): the bits that trace_closest gives
 //
-//   Cost  about 20 ns a triangle and bin, 15 ns a triangle and block of 4 x 4 pixels that it may meet, 20 ns a block;
-//   16 bytes a slot. A triangle is tried on blocks, not on pixels: LANES samples at once are handed to triangle_edges,
-//   which decides. Chunks come nearest first; a block is not tried where all of it is nearer than the triangle can be
-//   met. Work-items of bin rows [wave_row, wave_row + wave_rows); blocks outside the wave are left alone. With `begin`
-//   the slots start empty, without it what is there is improved on: a scene of several passes. A work-item has 120 KiB
-//   of memory of its own.
+//   Cost  about 20 ns a triangle and bin, less where few blocks hide it, 15 ns a triangle and block of 4 x 4 pixels that
+//   it may meet, 20 ns a block; 16 bytes a slot. A triangle is tried on blocks, not on pixels: LANES samples at once are
+//   handed to triangle_edges, which decides. Chunks come nearest first; a block is not tried where all of it is nearer
+//   than the triangle can be met. Work-items of bin rows [wave_row, wave_row + wave_rows); blocks outside the wave are
+//   left alone. With `begin` the slots start empty, without it what is there is improved on: a scene of several passes.
+//   A work-item has 120 KiB of memory of its own.
 
 #include "lib/bins.cl"
 #include "lib/camera_ray.cl"
@@ -87,6 +87,18 @@ static inline void block_make(BinSamples *bin, uint block, constant CameraInfo *
   }
 }
 
+// What a block's slots hold where nothing is drawn.
+static inline void block_clear(constant CameraInfo *camera, uint2 px, uint at, const Target *to)
+{
+  for (uint part = 0; part < BLOCK_PARTS; part++, at++) {
+    IntL lane = INTL((int)(part * LANES)) + LANE_INDEX;
+    UintL x = UINTL(px.x) + LANE_AS_UINT(lane & INTL(3)), y = UINTL(px.y) + LANE_AS_UINT(lane >> INTL(2));
+    to->t[at] = camera_ray_end(camera, x, y);
+    to->u[at] = to->v[at] = FLOATL(0);
+    to->ids[at] = UINTL(HIT_NONE);
+  }
+}
+
 // Takes down how far the farthest sample of a block is: when the bin begins and for those that a chunk has changed.
 static inline void block_measure(BinSamples *bin, uint block)
 {
@@ -108,9 +120,10 @@ static inline float bin_farthest(BinSamples *bin)
   return greatest_lane(t);
 }
 
-// `grid`: the picture's tiles, of which the view has those from row `first_row` on.
+// `grid`: the picture's tiles, of which the view has those from row `first_row` on. `empty`: nothing will be drawn, and
+// what slots hold then is written at once.
 static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2 offset, uint2 bin_px, uint2 grid,
-                            uint first_row, uint first_tile, uint tile_count, uint sample, bool begin,
+                            uint first_row, uint first_tile, uint tile_count, uint sample, bool begin, bool empty,
                             const Target *from)
 {
   bool any = false;
@@ -132,6 +145,10 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
       if (tile < first_tile || tile >= first_tile + tile_count) continue;
       bin->inside[row] |= 1u << column;
       bin->target[block] = ((tile - first_tile + sample * tile_count) * TILE_PIXELS + within) / LANES;
+      if (empty) {
+        block_clear(camera, px, bin->target[block], from);
+        continue;
+      }
       block_make(bin, block, camera, offset, px, begin, from);
       block_measure(bin, block);
       bin->shared_axis = !any || bin->axis[block] == bin->shared_axis ? bin->axis[block] : AXIS_MIXED;
@@ -305,6 +322,56 @@ static inline __attribute__((always_inline)) void bin_triangle(global const uint
   }
 }
 
+// Numbers of those of a list's records that may be seen in the bin go to `kept`. Returns how many. In a scene of small
+// triangles most lie behind all of the few blocks (2 x 2 at most) that they touch: that is told for LANES at once.
+static inline uint records_choose(ushort *kept, global const uint *records, global const ushort *list, uint begin,
+                                  uint end, const BinSamples *bin, float2 corner)
+{
+  const FloatL zero = FLOATL(0), last = FLOATL(RASTER_BIN_PX - 1), quarter = FLOATL(0.25f);
+  const float *farthest = (const float *)bin->farthest;
+  global const float *words = (global const float *)records;
+  uint count = 0;
+  for (uint k = begin; k < min(begin + 2 * LANES, end); k++) PREFETCH(words + list[k] * VISIBLE_WORDS);
+  for (uint k = begin; k < end; k += LANES) {
+    for (uint j = k + 2 * LANES; j < min(k + 3 * LANES, end); j++) PREFETCH(words + list[j] * VISIBLE_WORDS);
+    IntL there = LANE_INDEX < INTL((int)(end - k));
+    UintL number = LANE_TYPE(convert_uint)(LANE_LOAD(list, k));
+    UintL at = (there ? number : UINTL(list[k])) * UINTL(VISIBLE_WORDS);
+    FloatL low_x = LANE_GATHER(FloatL, words, at + UINTL(VISIBLE_BOUNDS)) - FLOATL(corner.x);
+    FloatL low_y = LANE_GATHER(FloatL, words, at + UINTL(VISIBLE_BOUNDS + 1)) - FLOATL(corner.y);
+    FloatL high_x = LANE_GATHER(FloatL, words, at + UINTL(VISIBLE_BOUNDS + 2)) - FLOATL(corner.x);
+    FloatL high_y = LANE_GATHER(FloatL, words, at + UINTL(VISIBLE_BOUNDS + 3)) - FLOATL(corner.y);
+    FloatL near = LANE_GATHER(FloatL, words, at + UINTL(VISIBLE_NEAR));
+    there = there & (low_x <= last) & (low_y <= last) & (high_x >= zero) & (high_y >= zero);
+    IntL x0 = LANE_CONVERT_INT(ceil(max_lane(low_x - FLOATL(3), zero) * quarter));
+    IntL y0 = LANE_CONVERT_INT(ceil(max_lane(low_y - FLOATL(3), zero) * quarter));
+    IntL x1 = LANE_CONVERT_INT(min_lane(high_x, last) * quarter),
+         y1 = LANE_CONVERT_INT(min_lane(high_y, last) * quarter);
+    IntL few = there & (x1 - x0 <= INTL(1)) & (y1 - y0 <= INTL(1));
+    IntL row0 = few ? y0 * INTL(BIN_SIDE) : INTL(0), row1 = few ? y1 * INTL(BIN_SIDE) : INTL(0);
+    x0 = few ? x0 : INTL(0);
+    x1 = few ? x1 : INTL(0);
+    FloatL upper = max_lane(LANE_GATHER(FloatL, farthest, row0 + x0), LANE_GATHER(FloatL, farthest, row0 + x1));
+    FloatL lower = max_lane(LANE_GATHER(FloatL, farthest, row1 + x0), LANE_GATHER(FloatL, farthest, row1 + x1));
+    for (uint bits = lane_bits(there & !(few & (near > max_lane(upper, lower)))); bits; bits &= bits - 1)
+      kept[count++] = list[k + lowest_bit(bits)];
+  }
+  return count;
+}
+
+// Draws a chunk's records of the bin's lists `in`.
+static inline void chunk_draw(global const uint *records, global const ushort *lists, const BinLists *in,
+                              BinSamples *bin, float2 corner, Target *to)
+{
+  ushort kept[RASTER_CHUNK];
+  uint count = records_choose(kept, records, lists, in->begin[0], in->end[0], bin, corner);
+  count += records_choose(kept + count, records, lists, in->begin[1], in->end[1], bin, corner);
+  for (uint k = 0; k < count; k++) {
+    triangle_prefetch(records + kept[min(k + PREFETCH_RECORDS / 2, count - 1)] * VISIBLE_WORDS, to);
+    bin_triangle(records + kept[k] * VISIBLE_WORDS, bin, corner, to);
+  }
+}
+
 // Adds to a sum of two words.
 static inline void cost_add(global uint *sum, uint more)
 {
@@ -325,7 +392,9 @@ kernel void visibility_bins(constant CameraInfo *cameras, uint view_count, const
                             constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  uint item = get_global_id(0), number = first_bin + item % bin_count, sample = item / bin_count;
+  uint item = get_global_id(0), turn = item % bin_count, sample = item / bin_count, evens = (bin_count + 1) / 2;
+  // A runtime gives a thread half of what is left: every other bin, not all of one side.
+  uint number = first_bin + (turn < evens ? 2 * turn : 2 * (turn - evens) + 1);
   uint view = number / view_bins, bin_x = number % view_bins % columns, bin_y = number % view_bins / columns;
   constant CameraInfo *camera = &cameras[view];
   if (sample >= sample_count) return;
@@ -345,25 +414,29 @@ kernel void visibility_bins(constant CameraInfo *cameras, uint view_count, const
   BinSamples bin;
   ulong keys[SORT_CHUNKS];
   uint2 bin_px = (uint2)(bin_x, bin_y) * (uint)RASTER_BIN_PX;
-  bin_make(&bin, camera, offset, bin_px, views_tiles(camera, view_count), view * camera_tiles(camera).y, first_tile,
-           tile_count, sample, begin, &to);
   float2 corner = (float2)((float)bin_px.x + offset.x, (float)bin_px.y + offset.y);
   uint2 items = view_items(item_starts, view, first_item, item_count);
+  uint count = bin_chunks(keys, spans, item_count, items.x, min(items.x + SORT_CHUNKS, items.y), bin_x, bin_y);
+  bool empty = begin && count == 0 && items.x + SORT_CHUNKS >= items.y;
+  bin_make(&bin, camera, offset, bin_px, views_tiles(camera, view_count), view * camera_tiles(camera).y, first_tile,
+           tile_count, sample, begin, empty, &to);
+  if (empty) return;
   for (uint first = items.x; first < items.y; first += SORT_CHUNKS) {
-    uint count = bin_chunks(keys, spans, item_count, first, min(first + SORT_CHUNKS, items.y), bin_x, bin_y);
+    if (first > items.x)
+      count = bin_chunks(keys, spans, item_count, first, min(first + SORT_CHUNKS, items.y), bin_x, bin_y);
+    uint bins = columns * rows + 2;
+    BinLists next = {{0, 0}, {0, 0}};
+    if (count) next = bin_lists(spans, item_count, (uint)keys[0], starts + (uint)keys[0] * bins, bin_x, bin_y);
     for (uint i = 0; i < count; i++) {
-      uint chunk = (uint)keys[i];
+      uint chunk = (uint)keys[i], later = (uint)keys[min(i + 1, count - 1)];
+      BinLists in = next;
+      next = bin_lists(spans, item_count, later, starts + later * bins, bin_x, bin_y);
+      PREFETCH(lists + later * (RASTER_CHUNK * RASTER_LARGE_BINS) + next.begin[0]);
+      PREFETCH(lists + later * (RASTER_CHUNK * RASTER_LARGE_BINS) + next.begin[1]);
       if (as_float(spans[SPAN_NEAR * item_count + chunk]) > bin_farthest(&bin)) continue;
       global const uint *from = records + chunk * (RASTER_CHUNK + 1) * VISIBLE_WORDS;
-      global const uint *start = starts + chunk * (columns * rows + 2);
       global const ushort *numbers = lists + chunk * (RASTER_CHUNK * RASTER_LARGE_BINS);
-      BinLists in = bin_lists(spans, item_count, chunk, start, bin_x, bin_y);
-      for (uint large = 0; large < 2; large++)
-        for (uint k = in.begin[large]; k < in.end[large]; k++) {
-          PREFETCH(from + numbers[k + PREFETCH_RECORDS] * VISIBLE_WORDS);
-          triangle_prefetch(from + numbers[min(k + PREFETCH_RECORDS / 2, in.end[large] - 1)] * VISIBLE_WORDS, &to);
-          bin_triangle(from + numbers[k] * VISIBLE_WORDS, &bin, corner, &to);
-        }
+      chunk_draw(from, numbers, &in, &bin, corner, &to);
     }
   }
   bin_store(&bin, &to);
