@@ -35,7 +35,8 @@
 #if LANES == 16 && defined(__AVX512DQ__) && __has_builtin(__builtin_ia32_cvtd2mask512)
 #define HAS_MASK_REGISTERS
 #endif
-#if LANES == 16 && defined(__AVX512F__) && __has_builtin(__builtin_ia32_permvarsf512)
+#if LANES == 16 && defined(__AVX512F__) && __has_builtin(__builtin_ia32_permvarsf512) && \
+    __has_builtin(__builtin_ia32_vpermi2varps512)
 #define HAS_PERMUTATION
 #endif
 #endif
@@ -81,6 +82,12 @@ static inline bool any_lane(IntL mask)
   return as_ulong(convert_char8(mask)) != 0;
 #endif
 }
+
+#if LANES == 16
+static inline bool any_of_16(int16 mask) { return any_lane(mask); }
+#elif LANES == 8
+static inline bool any_of_16(int16 mask) { return any_lane(mask.lo | mask.hi); }
+#endif
 
 // Bit i of the result: lane i of the mask.
 static inline uint lane_bits(IntL mask)
@@ -147,6 +154,27 @@ static inline UintL table_pick_uint(global const uint *table, UintL index, IntL 
 {
   return LANE_AS_UINT(table_pick((global const float *)table, index, mask, LANE_AS_FLOAT(other)));
 }
+
+// table[index] by lane, for a table of 256 entries.
+#ifdef HAS_PERMUTATION
+// An entry in registers takes less time than one from memory: 8 permutations and 7 choices for 16 loads.
+static inline FloatL table256_lane(constant float *table, UintL index)
+{
+  FloatL parts[8];
+#pragma unroll
+  for (uint i = 0; i < 8; i++)
+    parts[i] = __builtin_ia32_vpermi2varps512(vload16(2 * i, table), LANE_AS_INT(index), vload16(2 * i + 1, table));
+#pragma unroll
+  for (uint bit = 5, left = 4; bit < 8; bit++, left /= 2) {
+    IntL second = (index & UINTL(1u << bit)) != UINTL(0);
+#pragma unroll
+    for (uint i = 0; i < left; i++) parts[i] = second ? parts[2 * i + 1] : parts[2 * i];
+  }
+  return parts[0];
+}
+#else
+#define table256_lane(table, index) LANE_GATHER(FloatL, table, index)
+#endif
 
 // One instruction on NVIDIA, which also ignores a NaN in b.
 #if LANES == 1 && defined(__NV_CL_C_VERSION)

@@ -21,16 +21,25 @@ static inline IntL clamp_lane(IntL i, int low, int high)
   return i < least ? least : i > most ? most : i;
 }
 
-// Texel coordinates under a wrap mode, for i in [-1, 2 size].
-static inline IntL wrap_texel(IntL i, int size, uint mode)
+// Texel coordinates under a wrap mode, for i in [-1, 2 size], and those of the texel behind.
+typedef struct TexelPair {
+  IntL first, second;
+} TexelPair;
+
+static inline TexelPair wrap_texels(IntL i, int size, uint mode)
 {
-  if (mode == WRAP_MODE_CLAMP) return clamp_lane(i, 0, size - 1);
-  int period = mode == WRAP_MODE_MIRROR ? 2 * size : size;
-  IntL whole = INTL(period);
-  i += i < INTL(0) ? whole : INTL(0);
-  i -= i >= whole ? whole : INTL(0);
-  i -= i >= whole ? whole : INTL(0);
-  return i < INTL(size) ? i : INTL(period - 1) - i;
+  IntL zero = INTL(0), one = INTL(1), period = INTL(mode == WRAP_MODE_MIRROR ? 2 * size : size);
+  TexelPair out = {clamp_lane(i, 0, size - 1), clamp_lane(i + one, 0, size - 1)};
+  if (mode == WRAP_MODE_CLAMP) return out;
+  i += i < zero ? period : zero;
+  i -= i >= period ? period : zero;
+  i -= i >= period ? period : zero;
+  out.first = i;
+  out.second = i + one < period ? i + one : zero;
+  if (mode == WRAP_MODE_REPEAT) return out;
+  out.first = out.first < INTL(size) ? out.first : period - one - out.first;
+  out.second = out.second < INTL(size) ? out.second : period - one - out.second;
+  return out;
 }
 
 // Where texels are read from: those of one texture, and how their three colour channels are decoded (256 entries);
@@ -40,14 +49,23 @@ typedef struct Texels {
   constant float *linear_from_byte;
 } Texels;
 
-static inline Color4L texels_load(const Texels *from, IntL at)
+#if defined(HAS_MASK) || defined(HAS_BLEND)
+#define HAS_ALPHA
+#endif
+
+// Alpha is 1 where nothing asks for it.
+static inline __attribute__((always_inline)) Color4L texels_load(const Texels *from, IntL at)
 {
   UintL t = LANE_GATHER(UintL, from->packed, at), byte = UINTL(255);
   UintL r = t & byte, g = (t >> UINTL(8)) & byte, b = (t >> UINTL(16)) & byte;
   Color4L color;
-  color.rgb = vec3l(LANE_GATHER(FloatL, from->linear_from_byte, r), LANE_GATHER(FloatL, from->linear_from_byte, g),
-                    LANE_GATHER(FloatL, from->linear_from_byte, b));
+  color.rgb = vec3l(table256_lane(from->linear_from_byte, r), table256_lane(from->linear_from_byte, g),
+                    table256_lane(from->linear_from_byte, b));
+#ifdef HAS_ALPHA
   color.a = LANE_CONVERT_FLOAT(t >> UINTL(24)) * FLOATL(1.0f / 255.0f);
+#else
+  color.a = FLOATL(1);
+#endif
   return color;
 }
 
@@ -57,7 +75,10 @@ static inline Color4L mix_color(Color4L a, Color4L b, FloatL share)
 {
   Color4L out = {
       vec3l(mix_lane(a.rgb.x, b.rgb.x, share), mix_lane(a.rgb.y, b.rgb.y, share), mix_lane(a.rgb.z, b.rgb.z, share)),
-      mix_lane(a.a, b.a, share)};
+      a.a};
+#ifdef HAS_ALPHA
+  out.a = mix_lane(a.a, b.a, share);
+#endif
   return out;
 }
 
@@ -76,17 +97,16 @@ static inline Color4L texture_sample(const TextureInfo *info, const Texels *texe
   x = min_lane(x, high) * FLOATL((float)width);
   y = min_lane(y, high) * FLOATL((float)height);
   if (info->nearest) {
-    IntL column = wrap_texel(LANE_CONVERT_INT(floor(x)), width, info->wrap_u);
-    IntL row = wrap_texel(LANE_CONVERT_INT(floor(y)), height, info->wrap_v);
+    IntL column = wrap_texels(LANE_CONVERT_INT(floor(x)), width, info->wrap_u).first;
+    IntL row = wrap_texels(LANE_CONVERT_INT(floor(y)), height, info->wrap_v).first;
     return texels_load(texels, row * INTL(width) + column);
   }
   x -= half_texel;
   y -= half_texel;
   FloatL base_x = floor(x), base_y = floor(y);
-  IntL left = LANE_CONVERT_INT(base_x), top = LANE_CONVERT_INT(base_y);
-  IntL x0 = wrap_texel(left, width, info->wrap_u), x1 = wrap_texel(left + INTL(1), width, info->wrap_u);
-  IntL y0 = wrap_texel(top, height, info->wrap_v) * INTL(width);
-  IntL y1 = wrap_texel(top + INTL(1), height, info->wrap_v) * INTL(width);
+  TexelPair across = wrap_texels(LANE_CONVERT_INT(base_x), width, info->wrap_u);
+  TexelPair down = wrap_texels(LANE_CONVERT_INT(base_y), height, info->wrap_v);
+  IntL x0 = across.first, x1 = across.second, y0 = down.first * INTL(width), y1 = down.second * INTL(width);
   Color4L above = mix_color(texels_load(texels, y0 + x0), texels_load(texels, y0 + x1), x - base_x);
   Color4L below = mix_color(texels_load(texels, y1 + x0), texels_load(texels, y1 + x1), x - base_x);
   return mix_color(above, below, y - base_y);
