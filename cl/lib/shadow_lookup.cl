@@ -76,145 +76,86 @@ static inline FloatL texel_lit(global const float *map, uint size, const MapPoin
   return min_lane(receiver, one) <= map_fetch(map, size, x, y) ? one : FLOATL(0);  // 1: nothing is there
 }
 
-#if LANES == 1
 // Share of the kernel's texels that leave the receiver's plane lit. Of each row and column of texels the kernel covers
 // all but the ends, and of these 1 - f and f.
-static inline float lit_by_square(global const float *map, int size, int kernel_px, const MapPoint *at,
-                                  const PlaneDepth *plane)
+static inline FloatL lit_by_square(global const float *map, int size, int kernel_px, const MapPoint *at,
+                                   const PlaneDepth *plane)
 {
-  float left = at->x - 0.5f * (float)kernel_px, top = at->y - 0.5f * (float)kernel_px, sum = 0;
-  float x0 = floor(left), y0 = floor(top), share_x = left - x0, share_y = top - y0;
-  float receiver = plane->depth - plane->slack + plane->by_x * (x0 + 0.5f - at->x) + plane->by_y * (y0 + 0.5f - at->y);
+  FloatL zero = FLOATL(0), one = FLOATL(1), half_texel = FLOATL(0.5f), half_side = FLOATL(0.5f * (float)kernel_px);
+  FloatL left = at->x - half_side, top = at->y - half_side, x0 = floor(left), y0 = floor(top), sum = zero;
+  FloatL share_x = left - x0, share_y = top - y0, receiver = plane->depth - plane->slack;
+  receiver += plane->by_x * (x0 + half_texel - at->x) + plane->by_y * (y0 + half_texel - at->y);
+  IntL first = INTL(0), last = INTL(size - 1), three = INTL(3), two = INTL(2);
   for (int y = 0; y <= kernel_px; y++, receiver += plane->by_y) {
-    int across = clamp((int)y0 + y, 0, size - 1);
-    global const float *blocks = map + (across >> 2) * (size * 4) + (across & 3) * 4;
-    float row = 0, here = receiver;
+    IntL across = clamp(LANE_CONVERT_INT(y0) + INTL(y), first, last);
+    IntL blocks = (across >> two) * INTL(size * 4) + (across & three) * INTL(4);
+    FloatL row = zero, here = receiver;
     for (int x = 0; x <= kernel_px; x++, here += plane->by_x) {
-      int along = clamp((int)x0 + x, 0, size - 1);
-      bool lit = min(here, 1.0f) <= blocks[(along & ~3) * 4 + (along & 3)];  // 1: nothing is there
-      row += lit ? x == 0 ? 1 - share_x : x == kernel_px ? share_x : 1 : 0;
+      IntL along = clamp(LANE_CONVERT_INT(x0) + INTL(x), first, last);
+      FloatL there = LANE_GATHER(FloatL, map, blocks + (along & INTL(~3)) * INTL(4) + (along & three));
+      FloatL share = x == 0 ? one - share_x : x == kernel_px ? share_x : one;
+      row += min_lane(here, one) <= there ? share : zero;  // 1: nothing is there
     }
     sum += y == 0 ? row - row * share_y : y == kernel_px ? row * share_y : row;
   }
-  return sum / (float)(kernel_px * kernel_px);
+  FloatL share = sum / FLOATL((float)(kernel_px * kernel_px));
+#if LANES > 1
+  share = share > FLOATL(1 - 1e-6f) ? one : share;  // as kernels_judge has it
+#endif
+  return share;
 }
 
-static inline float lit_by_kernel(global const float *map, uint size, uint kernel_px, const MapPoint *at,
-                                  const PlaneDepth *plane, UintL id, IntL group)
-{
-  if (kernel_px == 3) return lit_by_square(map, (int)size, 3, at, plane);
-  return lit_by_square(map, (int)size, (int)kernel_px, at, plane);
-}
-#else
-// Share of a kernel of `size` from `left` on that texel `at` .. `at` + 1 covers.
-static inline float16 kernel_share(float16 at, float left, float size)
-{
-  float16 first = left, right = left + size, zero = 0;
-  float16 low = at > first ? at : first, high = at + 1 < right ? at + 1 : right;
-  return high > low ? high - low : zero;
-}
+#if LANES > 1
+#define CLEAR_BLOCKS 64
+#define CLEAR_LANES 3  // fewer are not worth a look
 
-// What a kernel covers of a map along one axis: blocks of 4 texels, and texels; from the first block it begins at
-// `begin`, and from its own middle the block's first texel has its centre at `center`.
-typedef struct KernelSpan {
-  IntL first, last;
-  FloatL begin, center, length;
-} KernelSpan;
-
-static inline KernelSpan kernel_span(FloatL at, float side, uint size)
-{
-  KernelSpan out;
-  FloatL zero = FLOATL(0), quarter = FLOATL(0.25f), last = FLOATL((float)(size / 4 - 1));
-  FloatL begin = at - FLOATL(0.5f * side), end = at + FLOATL(0.5f * side);
-  out.first = LANE_CONVERT_INT(max_lane(min_lane(begin * quarter, last), zero));
-  out.last = LANE_CONVERT_INT(max_lane(min_lane(end * quarter, last), zero));
-  FloatL corner = LANE_CONVERT_FLOAT(out.first) * FLOATL(4);
-  out.begin = begin - corner;
-  out.center = corner + FLOATL(0.5f) - at;
-  out.length = min_lane(out.begin + FLOATL(side), FLOATL((float)size) - corner) - max_lane(out.begin, zero);
-  return out;
-}
-
-#define CLEAR_BLOCKS 16
-#define CLEAR_LANES 3  // fewer are asked one by one
-
-// Most of a picture lies far from any shadow's edge. Lanes of `group` all of whose kernel's texels leave the receiver's
-// plane lit, or all in the dark, as told by the blocks of 4 x 4 texels under the kernels of the lanes on one triangle
-// (`id`), whose plane is the same but for rounding, which takes no quarter of the slack.
-static inline void kernels_clear(IntL *lit, IntL *dark, global const float *map, uint size, float side,
-                                 const MapPoint *at, const PlaneDepth *plane, UintL id, IntL group)
+// Most of a picture lies far from any shadow's edge, and most vectors of lanes on one triangle, whose plane is the same
+// for all of them but for rounding, which takes no quarter of the slack. Returns 1 where all blocks of 4 x 4 texels under
+// the kernels of `group` leave that plane lit, 0 where all leave it in the dark, -1 where neither is sure.
+static inline int kernels_judge(global const float *map, uint size, float side, const MapPoint *at,
+                                const PlaneDepth *plane, UintL id, IntL group)
 {
   const float16 block_x = (float16)(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
   const float16 block_y = (float16)(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
   int last = (int)size / 4 - 1;
+  uint bits = lane_bits(group), lane = lowest_bit(bits);
   FloatL nowhere = FLOATL(-INFINITY), zero = FLOATL(0);
-  *lit = *dark = INTL(0);
-  for (uint bits = lane_bits(group); bits;) {
-    uint lane = lowest_bit(bits), triangle = LANE_UINT(id, lane);
-    IntL alike = group & (id == UINTL(triangle));
-    uint alike_bits = lane_bits(alike);
-    bits &= ~alike_bits;
-    if (popcount(alike_bits) < CLEAR_LANES) continue;
-    float left = -greatest_lane(alike ? zero - at->x : nowhere) - 0.5f * side;
-    float right = greatest_lane(alike ? at->x : nowhere) + 0.5f * side;
-    float top = -greatest_lane(alike ? zero - at->y : nowhere) - 0.5f * side;
-    float bottom = greatest_lane(alike ? at->y : nowhere) + 0.5f * side;
-    int4 box = convert_int4(clamp((float4)(left, top, right, bottom) * 0.25f, 0.0f, (float)last));
-    int x0 = box.x, y0 = box.y, x1 = box.z, y1 = box.w;
-    if ((x1 - x0 + 1) * (y1 - y0 + 1) > CLEAR_BLOCKS) continue;
-    float by_x = LANE_FLOAT(plane->by_x, lane), by_y = LANE_FLOAT(plane->by_y, lane);
-    float slack = LANE_FLOAT(plane->slack, lane), depth = LANE_FLOAT(plane->depth, lane) - slack;
-    float16 step = block_x * by_x + block_y * by_y, least = INFINITY, greatest = -INFINITY;
-    for (int y = y0; y <= y1; y++) {
-      for (int x = x0; x <= x1; x++) {
-        float receiver = depth + by_x * ((float)(4 * x) + 0.5f - LANE_FLOAT(at->x, lane)) +
-                         by_y * ((float)(4 * y) + 0.5f - LANE_FLOAT(at->y, lane));
-        float16 there = vload16(y * (last + 1) + x, map);
-        float16 before = there >= 1 ? (float16)INFINITY : there - (step + receiver);  // 1: nothing is there
-        least = before < least ? before : least;
-        greatest = before > greatest ? before : greatest;
-      }
+  if (popcount(bits) < CLEAR_LANES || any_lane(group & (id != UINTL(LANE_UINT(id, lane))))) return -1;
+  float left = -greatest_lane(group ? zero - at->x : nowhere) - 0.5f * side;
+  float right = greatest_lane(group ? at->x : nowhere) + 0.5f * side;
+  float top = -greatest_lane(group ? zero - at->y : nowhere) - 0.5f * side;
+  float bottom = greatest_lane(group ? at->y : nowhere) + 0.5f * side;
+  int4 box = convert_int4(clamp((float4)(left, top, right, bottom) * 0.25f, 0.0f, (float)last));
+  int x0 = box.x, y0 = box.y, x1 = box.z, y1 = box.w;
+  if ((x1 - x0 + 1) * (y1 - y0 + 1) > CLEAR_BLOCKS) return -1;
+  float by_x = LANE_FLOAT(plane->by_x, lane), by_y = LANE_FLOAT(plane->by_y, lane);
+  float slack = LANE_FLOAT(plane->slack, lane), depth = LANE_FLOAT(plane->depth, lane) - slack;
+  float16 step = block_x * by_x + block_y * by_y, least = INFINITY, greatest = -INFINITY;
+  for (int y = y0; y <= y1; y++) {
+    for (int x = x0; x <= x1; x++) {
+      float receiver = depth + by_x * ((float)(4 * x) + 0.5f - LANE_FLOAT(at->x, lane)) +
+                       by_y * ((float)(4 * y) + 0.5f - LANE_FLOAT(at->y, lane));
+      float16 there = vload16(y * (last + 1) + x, map);
+      float16 before = there >= 1 ? (float16)INFINITY : there - (step + receiver);  // 1: nothing is there
+      least = before < least ? before : least;
+      greatest = before > greatest ? before : greatest;
     }
-    if (-greatest_float16(-least) >= 0.25f * slack) *lit = *lit | alike;
-    if (greatest_float16(greatest) < -0.25f * slack) *dark = *dark | alike;
   }
+  if (!any_of_16(!(least >= 0.25f * slack))) return 1;
+  return any_of_16(!(greatest < -0.25f * slack)) ? -1 : 0;
 }
+#endif
 
-// Ray by ray, 16 texels at a time: the map lies in blocks of 4 x 4, and a gather is slower than whole blocks.
 static inline FloatL lit_by_kernel(global const float *map, uint size, uint kernel_px, const MapPoint *at,
                                    const PlaneDepth *plane, UintL id, IntL group)
 {
-  const float16 block_x = (float16)(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
-  const float16 block_y = (float16)(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
-  float side = (float)kernel_px;
-  IntL clear, dark;
-  kernels_clear(&clear, &dark, map, size, side, at, plane, id, group);
-  FloatL lit = dark ? FLOATL(0) : FLOATL(1);
-  IntL mixed = group & !(clear | dark);
-  if (!any_lane(mixed)) return lit;
-  KernelSpan across = kernel_span(at->x, side, size), down = kernel_span(at->y, side, size);
-  FloatL first = plane->depth - plane->slack + plane->by_x * across.center + plane->by_y * down.center;
-  for (uint bits = lane_bits(mixed); bits; bits &= bits - 1) {
-    uint lane = lowest_bit(bits);
-    float left = LANE_FLOAT(across.begin, lane), top = LANE_FLOAT(down.begin, lane);
-    float by_x = LANE_FLOAT(plane->by_x, lane), by_y = LANE_FLOAT(plane->by_y, lane);
-    int x0 = LANE_INT(across.first, lane), y0 = LANE_INT(down.first, lane);
-    int columns = LANE_INT(across.last, lane) - x0, rows = LANE_INT(down.last, lane) - y0;
-    float16 row = block_x * by_x + block_y * by_y + LANE_FLOAT(first, lane), sum = 0;
-    for (int y = 0; y <= rows; y++, row += 4 * by_y) {
-      float16 share_y = kernel_share(block_y, top - (float)(4 * y), side), receiver = row;
-      for (int x = 0; x <= columns; x++, receiver += 4 * by_x) {
-        float16 share = kernel_share(block_x, left - (float)(4 * x), side) * share_y;
-        float16 there = vload16((y0 + y) * (int)(size / 4) + x0 + x, map);
-        sum += (receiver < 1 ? receiver : (float16)1) <= there ? share : (float16)0;  // 1: nothing is there
-      }
-    }
-    LANE_FLOAT(lit, lane) = sum_float16(sum);
-  }
-  FloatL share = lit / (across.length * down.length), all = FLOATL(1 - 1e-6f), one = FLOATL(1);
-  return mixed ? (share > all ? one : share) : lit;
-}
+#if LANES > 1
+  int all = kernels_judge(map, size, (float)kernel_px, at, plane, id, group);
+  if (all >= 0) return FLOATL((float)all);
 #endif
+  if (kernel_px == 3) return lit_by_square(map, (int)size, 3, at, plane);
+  return lit_by_square(map, (int)size, (int)kernel_px, at, plane);
+}
 
 #ifdef HAS_DISC
 // Taps of a disc of radius 1: Vogel's spiral, tap k at radius sqrt((k + 1 / 2) / 32) and k times the golden angle; all

@@ -107,7 +107,27 @@ typedef struct HitTriangles {
 #endif
 } HitTriangles;
 
-// Lanes on one triangle load it once.
+// Sets the lanes of `group`, which hit one triangle.
+static inline __attribute__((always_inline)) void hit_triangle_load(HitTriangles *out, const GeometrySources *geometry,
+                                                                    const AttributeSources *attributes, uint triangle,
+                                                                    IntL group, FloatL u, FloatL v)
+{
+  TriangleCorners corners = attributes->corners[triangle];
+#pragma unroll
+  for (uint i = 0; i < 3; i++) {
+    group_vector_load(&out->p[i], group, geometry->positions, corners.vertex[i]);
+    group_vector_load(&out->n[i], group, geometry->normals, corners.vertex[i]);
+  }
+  attributes_load(&out->at, attributes, &corners, group, u, v);
+  out->material = group ? UINTL(corners.material) : out->material;
+#ifdef HAS_NORMAL_MAPS
+  global const MaterialInfo *material = &attributes->materials[corners.material];
+  if (material->normal_use.texture != TEXTURE_NONE)
+    tangent_frame_load(&out->frame, geometry, attributes, &corners, material, group, u, v);
+#endif
+}
+
+// Lanes on one triangle load it once. Where that is all of them, nothing is kept of others.
 static inline void hit_triangles_load(HitTriangles *out, const GeometrySources *geometry,
                                       const AttributeSources *attributes, UintL id, FloatL u, FloatL v, IntL mask)
 {
@@ -119,23 +139,18 @@ static inline void hit_triangles_load(HitTriangles *out, const GeometrySources *
   TangentFrame none = {nothing, FLOATL(0), nothing};
   out->frame = none;
 #endif
-  for (uint bits = lane_bits(mask); bits;) {
-    uint triangle = LANE_UINT(id, lowest_bit(bits));
+  uint bits = lane_bits(mask);
+  if (!bits) return;
+  uint triangle = LANE_UINT(id, lowest_bit(bits));
+  if (!any_lane(mask & (id != UINTL(triangle)))) {
+    hit_triangle_load(out, geometry, attributes, triangle, INTL(-1), u, v);
+    return;
+  }
+  while (bits) {
+    triangle = LANE_UINT(id, lowest_bit(bits));
     IntL group = mask & (id == UINTL(triangle));
     bits &= ~lane_bits(group);
-    TriangleCorners corners = attributes->corners[triangle];
-#pragma unroll
-    for (uint i = 0; i < 3; i++) {
-      group_vector_load(&out->p[i], group, geometry->positions, corners.vertex[i]);
-      group_vector_load(&out->n[i], group, geometry->normals, corners.vertex[i]);
-    }
-    attributes_load(&out->at, attributes, &corners, group, u, v);
-    out->material = group ? UINTL(corners.material) : out->material;
-#ifdef HAS_NORMAL_MAPS
-    global const MaterialInfo *material = &attributes->materials[corners.material];
-    if (material->normal_use.texture != TEXTURE_NONE)
-      tangent_frame_load(&out->frame, geometry, attributes, &corners, material, group, u, v);
-#endif
+    hit_triangle_load(out, geometry, attributes, triangle, group, u, v);
   }
 }
 

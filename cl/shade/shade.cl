@@ -144,18 +144,16 @@ static inline Vec3L shade_misses(IntL missed, Vec3L direction, Vec3L weight, Flo
                                  constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
                                  global const float *environment_table)
 {
-  Vec3L seen = vec3l(FLOATL(shade->background.x), FLOATL(shade->background.y), FLOATL(shade->background.z));
-  if (!(shade->primary && shade->flat_background)) {
-    ImagePlace place;
-    Vec3L unit = unit3(direction);
-    seen = environment_radiance_at(environment, environment_pixels, unit, missed, &place);
+  if (shade->primary && shade->flat_background) return mul3(broadcast3(shade->background), weight);
+  if (environment->kind == ENVIRONMENT_KIND_CONSTANT) return mul3(broadcast3(environment->zenith), weight);
+  ImagePlace place;
+  Vec3L unit = unit3(direction), seen = environment_radiance_at(environment, environment_pixels, unit, missed, &place);
 #ifdef HAS_LOBES
-    if (shade->environment_table && !shade->primary) {
-      FloatL by_light = environment_density(environment, environment_table, unit, seen, &place);
-      seen = scale3(seen, FLOATL(1) / (FLOATL(1) + by_light / density));
-    }
-#endif
+  if (shade->environment_table && !shade->primary) {
+    FloatL by_light = environment_density(environment, environment_table, unit, seen, &place);
+    seen = scale3(seen, FLOATL(1) / (FLOATL(1) + by_light / density));
   }
+#endif
   return mul3(seen, weight);
 }
 
@@ -205,6 +203,17 @@ static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, Flo
   at->random = random_source(shade, at->slot);
   if (shade->environment_table) light_sample_spawn(at, shade, environment, pixels, table, to);
   lobe_sample_spawn(at, shade, environment, pixels, table, to);
+#endif
+}
+
+// Asks for the corners of triangles that are shaded soon.
+static inline void corners_prefetch(global const TriangleCorners *corners, global const uint *hit_ids, uint first,
+                                    uint ray_count)
+{
+#ifdef HAS_PREFETCH
+  if (first >= ray_count) return;
+#pragma unroll
+  for (uint lane = 0; lane < LANES; lane++) PREFETCH(corners + hit_ids[first + lane]);
 #endif
 }
 
@@ -269,6 +278,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
   WaveTile tile = {{cameras, (uint2)(0)}, {0, 0}};
   if (shade->from_camera) tile = wave_tile(&camera, begin);
   for (uint first = begin; first < end; first += LANES) {
+    corners_prefetch(corners, hit_ids, first + RAYS_PER_ITEM, ray_count);
     Arrivals in = arrivals_load(shade, &tile, rays, slots, capacity, first, ray_count);
     UintL slot = in.slot, id = LANE_LOAD(hit_ids, first);
     IntL active = in.t_max > zero;
