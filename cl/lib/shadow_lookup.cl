@@ -110,8 +110,8 @@ static inline FloatL lit_by_square(global const float *map, int size, int kernel
 #define CLEAR_LANES 3  // fewer are not worth a look
 
 // Most of a picture lies far from any shadow's edge, and most vectors of lanes on one triangle, whose plane is the same
-// for all of them but for rounding, which takes no quarter of the slack. Returns 1 where all blocks of 4 x 4 texels under
-// the kernels of `group` leave that plane lit, 0 where all leave it in the dark, -1 where neither is sure.
+// for all of them but for rounding, which takes no quarter of the slack. Returns 1 where all blocks of 4 x 4 texels
+// under the kernels of `group` leave that plane lit, 0 where all leave it in the dark, -1 where neither is sure.
 static inline int kernels_judge(global const float *map, uint size, float side, const MapPoint *at,
                                 const PlaneDepth *plane, UintL id, IntL group)
 {

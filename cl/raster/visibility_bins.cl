@@ -5,12 +5,12 @@
 //         rows) of each view
 //   out   hits, hit_ids        the hit stream of the wave (shared/stream.h): the bits that trace_closest gives
 //
-//   Cost  about 20 ns a triangle and bin, less where few blocks hide it, 15 ns a triangle and block of 4 x 4 pixels that
-//   it may meet, 20 ns a block; 16 bytes a slot. A triangle is tried on blocks, not on pixels: LANES samples at once are
-//   handed to triangle_edges, which decides. Chunks come nearest first; a block is not tried where all of it is nearer
-//   than the triangle can be met. Work-items of bin rows [wave_row, wave_row + wave_rows); blocks outside the wave are
-//   left alone. With `begin` the slots start empty, without it what is there is improved on: a scene of several passes.
-//   A work-item has 120 KiB of memory of its own.
+//   Cost  about 20 ns a triangle and bin, less where few blocks hide it, 15 ns a triangle and block of 4 x 4 pixels
+//   that it may meet, 20 ns a block; 16 bytes a slot. A triangle is tried on blocks, not on pixels: LANES samples at
+//   once are handed to triangle_edges, which decides. Chunks come nearest first; a block is not tried where all of it
+//   is nearer than the triangle can be met. Work-items of bin rows [wave_row, wave_row + wave_rows); blocks outside
+//   the wave are left alone. With `begin` the slots start empty, without it what is there is improved on: a scene of
+//   several passes. A work-item has 120 KiB of memory of its own.
 
 #include "lib/bins.cl"
 #include "lib/camera_ray.cl"
