@@ -331,6 +331,10 @@ static inline uint records_choose(ushort *kept, global const uint *records, glob
   const float *farthest = (const float *)bin->farthest;
   global const float *words = (global const float *)records;
   uint count = 0;
+  for (bool is_short = end - begin < LANES; is_short && begin < end; begin++) {  // short lists are not worth it
+    PREFETCH(words + list[begin] * VISIBLE_WORDS);
+    kept[count++] = list[begin];
+  }
   for (uint k = begin; k < min(begin + 2 * LANES, end); k++) PREFETCH(words + list[k] * VISIBLE_WORDS);
   for (uint k = begin; k < end; k += LANES) {
     for (uint j = k + 2 * LANES; j < min(k + 3 * LANES, end); j++) PREFETCH(words + list[j] * VISIBLE_WORDS);
