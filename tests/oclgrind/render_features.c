@@ -21,21 +21,45 @@
 #include "support/picture_fixture.h"
 #include "support/scene_features.h"
 
-// The calls below stand in for OpenCL's own, for the sake of Oclgrind 21.10's check for uninitialised values: to that a
-// store from the host is the whole buffer, even where it is a step of a fill, and a new buffer holds what an old one at
-// its address did.
+// The calls below stand in for OpenCL's own, for the sake of Oclgrind 21.10's check for uninitialised values. To that a
+// store from the host is the whole buffer, of which it forgets all else: where it is a step of a fill, or lies at an
+// offset, what was there counts as never written (Uninitialized::hostMemoryStore calls ShadowMemory::allocate). So parts
+// are filled by a kernel. And a new buffer holds what an old one at its address did.
 
 static bool starts_as_nan;
 
-static cl_int buffer_set(cl_command_queue queue, cl_mem buffer, size_t offset, size_t bytes, const void *pattern,
-                         size_t pattern_bytes)
+static cl_int buffer_set(cl_command_queue queue, cl_mem buffer, size_t bytes, const void *pattern, size_t pattern_bytes)
 {
   char *values = malloc(bytes);
   if (!values) return CL_OUT_OF_HOST_MEMORY;
   for (size_t at = 0; at < bytes; at += pattern_bytes) memcpy(values + at, pattern, pattern_bytes);
-  cl_int error = clEnqueueWriteBuffer(queue, buffer, CL_TRUE, offset, bytes, values, 0, NULL, NULL);
+  cl_int error = clEnqueueWriteBuffer(queue, buffer, CL_TRUE, 0, bytes, values, 0, NULL, NULL);
   free(values);
   return error;
+}
+
+// Sets each `stride`-th word from the `first` on.
+static cl_int words_set(cl_command_queue queue, cl_mem buffer, cl_uint first, cl_uint stride, size_t count,
+                        cl_uint word)
+{
+  static const char *source =
+      "kernel void set(global uint *to, uint first, uint stride, uint word)"
+      "{ to[first + stride * get_global_id(0)] = word; }";
+  static cl_kernel kernel;
+  cl_int error = CL_SUCCESS;
+  if (!kernel) {
+    cl_context context;
+    clGetCommandQueueInfo(queue, CL_QUEUE_CONTEXT, sizeof context, &context, NULL);
+    cl_program program = clCreateProgramWithSource(context, 1, &source, NULL, &error);
+    if (error == CL_SUCCESS) error = clBuildProgram(program, 0, NULL, "", NULL, NULL);
+    if (error == CL_SUCCESS) kernel = clCreateKernel(program, "set", &error);
+    if (error != CL_SUCCESS) return error;
+  }
+  clSetKernelArg(kernel, 0, sizeof buffer, &buffer);
+  clSetKernelArg(kernel, 1, sizeof first, &first);
+  clSetKernelArg(kernel, 2, sizeof stride, &stride);
+  clSetKernelArg(kernel, 3, sizeof word, &word);
+  return clEnqueueNDRangeKernel(queue, kernel, 1, NULL, &count, NULL, 0, NULL, NULL);
 }
 
 // Lanes past the end of a stream load what nobody has written, and are masked: to the check that is use. So for vectors
@@ -49,7 +73,7 @@ cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t bytes, void
   if (!buffer || !starts_as_nan) return buffer;
   clGetContextInfo(context, CL_CONTEXT_DEVICES, sizeof device, &device, NULL);
   cl_command_queue queue = clCreateCommandQueue(context, device, 0, error);
-  if (*error == CL_SUCCESS) *error = buffer_set(queue, buffer, 0, bytes, "\xff", 1);
+  if (*error == CL_SUCCESS) *error = buffer_set(queue, buffer, bytes, "\xff", 1);
   clReleaseCommandQueue(queue);
   return buffer;
 }
@@ -60,7 +84,18 @@ cl_int clEnqueueFillBuffer(cl_command_queue queue, cl_mem buffer, const void *pa
                            size_t offset, size_t bytes, cl_uint wait_count, const cl_event *wait_events,
                            cl_event *event)
 {
-  return buffer_set(queue, buffer, offset, bytes, pattern, pattern_bytes);
+  size_t whole;
+  cl_uint words[32];  // the longest pattern
+  const size_t word = sizeof *words;
+  clGetMemObjectInfo(buffer, CL_MEM_SIZE, sizeof whole, &whole, NULL);
+  if (bytes == whole) return buffer_set(queue, buffer, bytes, pattern, pattern_bytes);
+  if (offset % word || bytes % word) return CL_INVALID_VALUE;
+  cl_int error = CL_SUCCESS;
+  const cl_uint stride = (cl_uint)(pattern_bytes < word ? 1 : pattern_bytes / word);
+  for (size_t at = 0; at < stride * word; at += pattern_bytes) memcpy((char *)words + at, pattern, pattern_bytes);
+  for (cl_uint i = 0; i < stride && error == CL_SUCCESS; i++)
+    error = words_set(queue, buffer, (cl_uint)(offset / word) + i, stride, bytes / word / stride, words[i]);
+  return error;
 }
 
 // Every branch of the resolve kernel.
