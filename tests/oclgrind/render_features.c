@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "device_scene/solid.h"
+#include "passes/cube_lit.h"
 #include "passes/raster_depth.h"
 #include "passes/raster_visibility.h"
 #include "passes/sure_maps.h"
@@ -249,6 +250,27 @@ done:
   return status;
 }
 
+// Which faces of a cube map the scene's lights shine on.
+static Status faces_lit(Device *device, const DeviceScene *scene)
+{
+  enum { SIZE = 4 };
+  static float texels[CUBE_TEXELS(SIZE)][4];
+  Status status = STATUS_OK;
+  const CubeInfo cube = {.size = SIZE};
+  CubeLit lit = {0};
+  DeviceBuffer buffer = {0};
+  uint32_t faces;
+  for (int i = 0; i < CUBE_TEXELS(SIZE); i++) texels[i][3] = i % 3 ? 0.5f : 0;
+  TRY(buffer_create(&buffer, device, sizeof texels, texels, "texels", &picture_log));
+  TRY(cube_lit_make(&lit, device, scene->light_infos, scene->light_count, &picture_log));
+  TRY(cube_lit_find(&faces, &lit, device, &cube, &buffer, 1e-5f, &picture_log));
+
+done:
+  buffer_free(&buffer);
+  cube_lit_free(&lit);
+  return status;
+}
+
 int main(int argc, char **argv)
 {
   static const float colors[4][3] = {{1, 1, 1}, {0.5f, 0.6f, 1}, {0.2f, 0.2f, 0.1f}, {3, 2, 1}};
@@ -314,6 +336,7 @@ int main(int argc, char **argv)
     TRY(depth_maps(device, &device_scene, RASTER_WAY_DIRECT));
     TRY(visibility_direct(device, &device_scene));
     TRY(sure_maps_direct(device, &device_scene));
+    TRY(faces_lit(device, &device_scene));
   }
 
 done:
