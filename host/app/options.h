@@ -81,6 +81,9 @@ extern const CommandLine render_command_line;
 // Errors: STATUS_USAGE, with the nearest option or value named; those of render_options_read_file.
 Status render_options_parse(RenderOptions *out, int argc, char **argv, Log *log);
 
+// Do options that are each right go together? Called with output_path and format set. Errors: STATUS_USAGE.
+Status render_options_check(const RenderOptions *options, Log *log);
+
 RenderOptions render_options_default(void);
 
 // The defaults, and over them what the scene says where it is a scene file. To be freed also on failure. Errors: those

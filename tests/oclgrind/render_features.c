@@ -24,8 +24,8 @@
 
 // The calls below stand in for OpenCL's own, for the sake of Oclgrind 21.10's check for uninitialised values. To that a
 // store from the host is the whole buffer, of which it forgets all else: where it is a step of a fill, or lies at an
-// offset, what was there counts as never written (Uninitialized::hostMemoryStore calls ShadowMemory::allocate). So parts
-// are filled by a kernel. And a new buffer holds what an old one at its address did.
+// offset, what was there counts as never written (Uninitialized::hostMemoryStore calls ShadowMemory::allocate). So
+// parts are filled by a kernel. And a new buffer holds what an old one at its address did.
 
 static bool starts_as_nan;
 
