@@ -1,10 +1,10 @@
 # make            build/frugal, and the image helper beside it
 # make demo       install what is missing, build, render a picture
-# make test       install what is missing, build, run the tests (under 5 minutes); TEST=part of a name runs fewer
+# make test       install what is missing, build, run the tests (some 5 minutes); TEST=part of a name runs fewer
 # make lint       format, includes as the rooms allow, warnings as errors; WERROR=1: in the build that was made so
 # make format     put the C, C++ and OpenCL C files into the project's format
 # make sanitize   the tests under address, leak and undefined-behaviour checks; TEST= as above
-# make oclgrind   the kernels under a simulator that watches each access; QUICK=1: under a minute
+# make oclgrind   the kernels under a simulator that watches each access; QUICK=1: a minute or two
 # make fuzz       damaged files into the code that reads them, for FUZZ_SECONDS (60)
 # make test-full  what takes longer: tests with larger counts, all of oclgrind, fuzz, comparison with other programs
 # make bench      speed of rays beside Embree's, of raster beside Mesa's llvmpipe, each in the same run
