@@ -77,7 +77,7 @@ static ShadowChoice shadows_choose(const RenderSettings *settings, const SceneFa
     choice.costs[kind] = shadow_cost(&cost);
     if (facts->lights_by_kind[kind] == 0) continue;
     choice.kinds |= 1u << kind;
-    if (shadow_hybrid_gains(&choice.costs[kind], facts->gpu)) choice.hybrid_kinds |= 1u << kind;
+    if (shadow_hybrid_gains(&choice.costs[kind])) choice.hybrid_kinds |= 1u << kind;
   }
   if (facts->light_count == 0)
     choice.methods = SHADOW_SET(SHADOWS_NONE);

@@ -21,4 +21,4 @@ ShadowCost shadow_cost(const ShadowCostFacts *facts);
 
 // Is hybrid so much quicker for a single picture that it is to be taken? That maps may be kept does not count: a plan
 // is made before it is known what of the next frames moves.
-bool shadow_hybrid_gains(const ShadowCost *cost, bool gpu);
+bool shadow_hybrid_gains(const ShadowCost *cost);
