@@ -53,20 +53,19 @@ typedef struct Texels {
 #define HAS_ALPHA
 #endif
 
-// Alpha is 1 where nothing asks for it.
-static inline __attribute__((always_inline)) Color4L texels_load(const Texels *from, IntL at)
+// Alpha is 1 where nothing asks for it. (Inlined always: registers hold the table. By a pointer: Oclgrind does not know
+// what the compiler puts in where a structure that is returned is.)
+static inline __attribute__((always_inline)) void texels_load(Color4L *out, const Texels *from, IntL at)
 {
   UintL t = LANE_GATHER(UintL, from->packed, at), byte = UINTL(255);
   UintL r = t & byte, g = (t >> UINTL(8)) & byte, b = (t >> UINTL(16)) & byte;
-  Color4L color;
-  color.rgb = vec3l(table256_lane(from->linear_from_byte, r), table256_lane(from->linear_from_byte, g),
-                    table256_lane(from->linear_from_byte, b));
+  out->rgb = vec3l(table256_lane(from->linear_from_byte, r), table256_lane(from->linear_from_byte, g),
+                   table256_lane(from->linear_from_byte, b));
 #ifdef HAS_ALPHA
-  color.a = LANE_CONVERT_FLOAT(t >> UINTL(24)) * FLOATL(1.0f / 255.0f);
+  out->a = LANE_CONVERT_FLOAT(t >> UINTL(24)) * FLOATL(1.0f / 255.0f);
 #else
-  color.a = FLOATL(1);
+  out->a = FLOATL(1);
 #endif
-  return color;
 }
 
 static inline FloatL mix_lane(FloatL a, FloatL b, FloatL share) { return a + (b - a) * share; }
@@ -99,7 +98,9 @@ static inline Color4L texture_sample(const TextureInfo *info, const Texels *texe
   if (info->nearest) {
     IntL column = wrap_texels(LANE_CONVERT_INT(floor(x)), width, info->wrap_u).first;
     IntL row = wrap_texels(LANE_CONVERT_INT(floor(y)), height, info->wrap_v).first;
-    return texels_load(texels, row * INTL(width) + column);
+    Color4L nearest;
+    texels_load(&nearest, texels, row * INTL(width) + column);
+    return nearest;
   }
   x -= half_texel;
   y -= half_texel;
@@ -107,9 +108,12 @@ static inline Color4L texture_sample(const TextureInfo *info, const Texels *texe
   TexelPair across = wrap_texels(LANE_CONVERT_INT(base_x), width, info->wrap_u);
   TexelPair down = wrap_texels(LANE_CONVERT_INT(base_y), height, info->wrap_v);
   IntL x0 = across.first, x1 = across.second, y0 = down.first * INTL(width), y1 = down.second * INTL(width);
-  Color4L above = mix_color(texels_load(texels, y0 + x0), texels_load(texels, y0 + x1), x - base_x);
-  Color4L below = mix_color(texels_load(texels, y1 + x0), texels_load(texels, y1 + x1), x - base_x);
-  return mix_color(above, below, y - base_y);
+  Color4L at[4];
+  texels_load(&at[0], texels, y0 + x0);
+  texels_load(&at[1], texels, y0 + x1);
+  texels_load(&at[2], texels, y1 + x0);
+  texels_load(&at[3], texels, y1 + x1);
+  return mix_color(mix_color(at[0], at[1], x - base_x), mix_color(at[2], at[3], x - base_x), y - base_y);
 }
 
 // What a triangle's textures and vertex colours are read from.
