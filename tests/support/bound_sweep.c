@@ -187,7 +187,7 @@ void bound_sweep_exact(ReflectionMethod method, double bound_most, int usual_cou
 
 // ---- rough reflectors -----------------------------------------------------------------------------------------------
 
-enum { ROUGH_WIDTH = 48, ROUGH_HEIGHT = 36, ROUGH_PIXELS = ROUGH_WIDTH * ROUGH_HEIGHT, REFERENCE_SAMPLES = 8192 };
+enum { ROUGH_WIDTH = 48, ROUGH_HEIGHT = 36, ROUGH_PIXELS = ROUGH_WIDTH * ROUGH_HEIGHT };
 enum { ROUGH_RUNGS = BOUND_IMPOSTOR + 1 };  // rungs with lists answer as the impostor does
 
 // A picture whose samples are all in the pixels' centres.
@@ -244,7 +244,7 @@ static void rough_case(Case out[ROUGH_RUNGS], int number)
   RenderSettings settings = mirrors_request(ROUGH_WIDTH, REFLECTIONS_RAYS, 32u << (uint32_t)uniform(0, 4)).settings;
   settings.height = ROUGH_HEIGHT;
   settings.max_roughness = 1;
-  centre_picture(reference, &scene, &facts, &camera, &settings, REFERENCE_SAMPLES, NULL);
+  centre_picture(reference, &scene, &facts, &camera, &settings, effort_is_full() ? 8192 : 4096, NULL);
   for (int rung = ROUGH_RUNGS - 1; rung >= 0; rung--) {
     settings.reflections = REFLECTIONS_ENVIRONMENT + rung;
     settings.max_roughness = rung == BOUND_ENVIRONMENT ? 0 : 1;
