@@ -67,13 +67,6 @@ static inline TriangleEdges packet_edges(global const BvhTriangle *triangle, con
 #endif
 }
 
-static inline TriangleHit packet_hit(const TriangleEdges *edges, const ShearedRay *ray)
-{
-  TriangleHit hit = triangle_distance(edges, ray);
-  triangle_complete(&hit, edges, ray);
-  return hit;
-}
-
 static inline void packet_hold(TriangleHit *hit, const Packet *p, global const BvhTriangle *triangle)
 {
   const SlabAxis slab[3] = {slab_axis(p->origin.x, p->direction.x), slab_axis(p->origin.y, p->direction.y),
@@ -131,7 +124,7 @@ static inline void packet_leaf(Packet *p, IntL group, const ShearedRay *ray, uin
   for (uint i = first; i < first + count; i++) {
     if (any_hit && !culls && is_shadowless(triangles[i].flags)) continue;
     TriangleEdges edges = packet_edges(&triangles[i], ray, kz);
-    TriangleHit hit = packet_hit(&edges, ray);
+    TriangleHit hit = triangle_hit(&edges, ray);
     packet_meet(p, &hit, group, positive_kz, &triangles[i], any_hit, culls, attributes);
   }
 }

@@ -29,7 +29,7 @@ static inline IntL named_meet(Packet *p, IntL group, const ShearedRay *ray, uint
   TriangleEdges edges = packet_edges(triangle, ray, kz);
   group = group & !p->occluded;
   if (any_lane(group & edges.inside)) {
-    TriangleHit hit = packet_hit(&edges, ray);
+    TriangleHit hit = triangle_hit(&edges, ray);
     packet_meet(p, &hit, group, positive_kz, triangle, true, false, attributes);
     group = group & !p->occluded;
   }
@@ -37,7 +37,7 @@ static inline IntL named_meet(Packet *p, IntL group, const ShearedRay *ray, uint
   FloatL z;
   IntL grazes = group & triangle_close(&edges, triangle_edge_terms(&z, &edges));
   if (!any_lane(grazes)) return grazes;
-  TriangleHit hit = packet_hit(&edges, ray);
+  TriangleHit hit = triangle_hit(&edges, ray);
   return grazes & !(hit.t < FLOATL(0) - hit.t_error) & !(hit.t - hit.t_error > p->t_max);
 }
 

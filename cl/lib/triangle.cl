@@ -138,11 +138,16 @@ static inline void triangle_complete(TriangleHit *hit, const TriangleEdges *e, c
                     fabs(weighted) * FLOATL(HIT_DOUBT / ROUNDING));
 }
 
+static inline TriangleHit triangle_hit(const TriangleEdges *e, const ShearedRay *ray)
+{
+  TriangleHit hit = triangle_distance(e, ray);
+  triangle_complete(&hit, e, ray);
+  return hit;
+}
+
 static inline TriangleHit triangle_intersect(const ShearedRay *ray, FloatL ax, FloatL ay, FloatL az, FloatL bx,
                                              FloatL by, FloatL bz, FloatL cx, FloatL cy, FloatL cz)
 {
   TriangleEdges edges = triangle_edges(ray, ax, ay, az, bx, by, bz, cx, cy, cz);
-  TriangleHit hit = triangle_distance(&edges, ray);
-  triangle_complete(&hit, &edges, ray);
-  return hit;
+  return triangle_hit(&edges, ray);
 }

@@ -283,23 +283,25 @@ kernel void visibility_resolve(constant CameraInfo *cameras, uint view_count, co
                                global ulong *box_counts, global const TriangleCorners *corners,
                                global const float *positions, uint capacity, global float *hits, global uint *hit_ids)
 {
-  uint slot = get_global_id(0), tile = slot / TILE_PIXELS;
+  uint slot = get_global_id(0);
   if (slot >= slot_count) return;
   UintL x, y;
-  TileView view = tile_view(cameras, view_count, first_tile + tile % tile_count);
-  tile_pixels(&x, &y, &view, slot % TILE_PIXELS);
+  CameraSources sources = {cameras, view_count, offsets, first_tile, tile_count, first_sample};
+  WaveTile tile = wave_tile(&sources, slot);
+  constant CameraInfo *camera = tile.view.camera;
+  tile_pixels(&x, &y, &tile.view, slot % TILE_PIXELS);
   ulong key = keys[slot];
   if (key != ULONG_MAX) keys[slot] = ULONG_MAX;
   if (slot < RASTER_BOX_COUNTS) box_counts[slot] = 0;
-  float t = camera_ray_end(view.camera, x, y), u = 0, v = 0;
+  float t = camera_ray_end(camera, x, y), u = 0, v = 0;
   uint id = (uint)key;
   if (id != HIT_NONE) {
     global const uint *vertex = corners[id].vertex;
     Triangle triangle;
     for (uint i = 0; i < 3; i++) triangle.corner[i] = vload3(vertex[i], positions);
     TurnedTriangle turned = {.kz = KZ_NONE};
-    CameraRay ray = camera_ray(view.camera, x, y, offsets[first_sample + tile / tile_count]);
-    TriangleHit hit = sample_intersect(&ray, view.camera, &triangle, &turned);
+    CameraRay ray = camera_ray(camera, x, y, tile.offset);
+    TriangleHit hit = sample_intersect(&ray, camera, &triangle, &turned);
     t = as_float((uint)(key >> 32));
     u = hit.u;
     v = hit.v;
