@@ -20,9 +20,13 @@
       constant float *linear_from_byte
 
 // The lists, as kernel parameters: boxes to split, the number of the first tile of each, tiles, and how many there are.
-// The first `room` tiles have a place, whoever finds others draws them alone.
+// The first `room` tiles have a place, whoever finds others draws them alone. There are two sets of counts, for passes
+// in turns: `set` is this pass's.
 #define BOX_PARAMETERS \
-  global RasterBox *boxes, global ulong *box_starts, global uint4 *tiles, global ulong *box_counts, uint room
+  global RasterBox *boxes, global ulong *box_starts, global uint4 *tiles, global ulong *box_counts, uint room, uint set
+
+// The pass's counts.
+#define BOX_COUNTS (box_counts + set * RASTER_BOX_COUNTS)
 
 #define BOX_SHIFT 40
 #define BOX_TILES(counter) ((counter) & (((ulong)1 << BOX_SHIFT) - 1))
@@ -127,6 +131,12 @@ static inline uint4 bits_take(uint *bits)
   at.w = *bits ? lowest_bit(*bits) : at.z;
   *bits &= *bits - 1;
   return at;
+}
+
+// Clears the other set of counts, which nobody uses now: the next pass begins with it.
+static inline void counts_turn(global ulong *box_counts, uint set)
+{
+  if (get_global_id(0) < RASTER_BOX_COUNTS) box_counts[(1 - set) * RASTER_BOX_COUNTS + get_global_id(0)] = 0;
 }
 
 static inline uint box_columns(int4 bounds) { return (uint)(bounds.z - (bounds.x & ~7)) / RASTER_TILE_PX + 1; }

@@ -9,6 +9,18 @@ static inline Vec3L stream_load3(global const float *fields, uint capacity, uint
                LANE_LOAD(fields + (field + 2) * capacity, first));
 }
 
+// Where on its triangle a ray hits: t, and the weights of vertices 1 and 2.
+typedef struct HitPlace {
+  FloatL t, u, v;
+} HitPlace;
+
+static inline HitPlace hit_place_load(global const float *hits, uint capacity, uint first)
+{
+  HitPlace at = {LANE_LOAD(hits + HIT_T * capacity, first), LANE_LOAD(hits + HIT_U * capacity, first),
+                 LANE_LOAD(hits + HIT_V * capacity, first)};
+  return at;
+}
+
 static inline void stream_store3(Vec3L value, global float *fields, uint capacity, uint field, uint first)
 {
   LANE_STORE(value.x, fields + field * capacity, first);

@@ -2,8 +2,8 @@
 // then the triangle's id. Where a triangle may be met is told by widened edges (lib/visible.cl), whether it is by the
 // function that rays use. LANES is 1.
 
-#include "lib/camera_ray.cl"
 #include "lib/hit.cl"
+#include "lib/key_hit.cl"
 #include "lib/visible.cl"
 
 typedef struct Wave {
@@ -20,11 +20,6 @@ typedef struct Scope {
   float t_min;
   const AttributeSources *attributes;
 } Scope;
-
-typedef struct Triangle {
-  float3 corner[3];  // world space
-  uint id, flags;
-} Triangle;
 
 static inline Triangle triangle_load(global const RasterBlock *blocks, uint number)
 {
@@ -46,35 +41,6 @@ static inline void triangle_relative(Vec3L out[3], const Triangle *t, constant R
   }
 }
 
-// A triangle as triangle_intersect takes it: from the ray's start, components kx, ky and kz. Neighbours' rays see the
-// same, so that it is turned once for many.
-typedef struct TurnedTriangle {
-  float3 a, b, c;
-  uint kz;
-} TurnedTriangle;
-
-#define KZ_NONE 3u  // not turned yet
-
-static inline void triangle_turn(TurnedTriangle *out, const Triangle *t, Vec3L from, uint kz)
-{
-  float3 origin = (float3)(from.x, from.y, from.z);
-  float3 a = t->corner[0] - origin, b = t->corner[1] - origin, c = t->corner[2] - origin;
-  out->a = kz == 0 ? a.yzx : kz == 1 ? a.zxy : a;
-  out->b = kz == 0 ? b.yzx : kz == 1 ? b.zxy : b;
-  out->c = kz == 0 ? c.yzx : kz == 1 ? c.zxy : c;
-  out->kz = kz;
-}
-
-static inline TriangleHit sample_intersect(const CameraRay *ray, constant CameraInfo *camera, const Triangle *t,
-                                           TurnedTriangle *turned)
-{
-  uint kz = dominant_axis(ray->direction);
-  if (turned->kz != kz || camera->orthographic) triangle_turn(turned, t, ray->origin, kz);
-  float3 a = turned->a, b = turned->b, c = turned->c;
-  ShearedRay sheared = shear_ray(vec3l(0, 0, 0), ray->direction, kz);
-  return triangle_intersect(&sheared, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
-}
-
 static inline void sample_hold(TriangleHit *hit, const CameraRay *ray, const Triangle *t, float t_min)
 {
   const SlabAxis slab[3] = {slab_axis(ray->origin.x, ray->direction.x), slab_axis(ray->origin.y, ray->direction.y),
@@ -91,17 +57,20 @@ static inline void sample_hold(TriangleHit *hit, const CameraRay *ray, const Tri
 // The key of a triangle at a sample; all ones where it is not seen.
 static inline ulong sample_key(const Triangle *t, TurnedTriangle *turned, const Scope *scope, const CameraRay *ray)
 {
-  TriangleHit hit = sample_intersect(ray, scope->camera, t, turned);
+  ShearedRay sheared;
+  TriangleEdges edges = sample_edge_functions(&sheared, ray, scope->camera, t, turned);
+  TriangleHit hit = triangle_distance(&edges, &sheared);
   IntL positive_kz = component3(ray->direction, turned->kz) > 0;
   float far_m = scope->camera->far_m;
   if (!hit_is_closest(&hit, 1, scope->t_min, far_m, HIT_NONE, t->id, t->flags, positive_kz)) return ULONG_MAX;
-  if (hit.doubtful) {
-    sample_hold(&hit, ray, t, scope->t_min);
-    if (!hit_is_closest(&hit, 1, scope->t_min, far_m, HIT_NONE, t->id, t->flags, positive_kz)) return ULONG_MAX;
-  }
+  hit.doubtful = triangle_doubtful(&edges);
   // Where t is not in doubt it is above its error.
-  bool asks = hit.doubtful || t->flags & TRIANGLE_MASKED;
-  if (asks && !hit_counts(&hit, 1, t->id, t->flags, scope->attributes)) return ULONG_MAX;
+  if (hit.doubtful || t->flags & TRIANGLE_MASKED) {
+    triangle_complete(&hit, &edges, &sheared);
+    if (hit.doubtful) sample_hold(&hit, ray, t, scope->t_min);
+    if (!hit_is_closest(&hit, 1, scope->t_min, far_m, HIT_NONE, t->id, t->flags, positive_kz)) return ULONG_MAX;
+    if (!hit_counts(&hit, 1, t->id, t->flags, scope->attributes)) return ULONG_MAX;
+  }
   return (ulong)as_uint(hit.t) << 32 | t->id;
 }
 

@@ -114,6 +114,12 @@ static inline FloatL triangle_edge_terms(FloatL *z, const TriangleEdges *e)
   return FLOATL(12) * x * y + FLOATL(4) * *z * (x + y);
 }
 
+// How far the corners' depths lie apart along the ray's axis.
+static inline FloatL triangle_depth(const TriangleEdges *e)
+{
+  return max_lane(max_lane(e->az, e->bz), e->cz) - min_lane(min_lane(e->az, e->bz), e->cz);
+}
+
 static inline IntL triangle_close(const TriangleEdges *e, FloatL edge_terms)
 {
   FloatL reach = FLOATL(ROUNDING) * edge_terms, least = min_lane(min_lane(e->u, e->v), e->w),
@@ -121,21 +127,27 @@ static inline IntL triangle_close(const TriangleEdges *e, FloatL edge_terms)
   return (least >= FLOATL(0) - reach) | (greatest <= reach);
 }
 
-// The rest of it. t is a mean of az, bz, cz weighted by edge functions over their sum, so that an error of these counts
-// by the distance of az, bz, cz from it.
-static inline void triangle_complete(TriangleHit *hit, const TriangleEdges *e, const ShearedRay *ray)
+// Is t_error, the bound on the error of t, above HIT_DOUBT of t? t is a mean of az, bz, cz weighted by edge functions
+// over their sum, so that an error of these counts by the distance of az, bz, cz from it.
+static inline IntL triangle_doubtful(const TriangleEdges *e)
 {
   FloatL weighted = e->u * e->az + e->v * e->bz + e->w * e->cz;
+  FloatL z, edge = triangle_edge_terms(&z, e);
+  return !(FLOATL(6) * z * fabs(e->determinant) + FLOATL(3) * edge * triangle_depth(e) <=
+           fabs(weighted) * FLOATL(HIT_DOUBT / ROUNDING));
+}
+
+// The rest of it.
+static inline void triangle_complete(TriangleHit *hit, const TriangleEdges *e, const ShearedRay *ray)
+{
   hit->u = e->v / e->determinant;
   hit->v = e->w / e->determinant;
-
   FloatL z, edge = triangle_edge_terms(&z, e);
   hit->close = triangle_close(e, edge);
-  FloatL depth = max_lane(max_lane(e->az, e->bz), e->cz) - min_lane(min_lane(e->az, e->bz), e->cz);
-  hit->t_error = FLOATL(ROUNDING) * fabs(ray->shear_z) *
-                 (FLOATL(6) * z + FLOATL(3) * edge * depth / max_lane(fabs(e->determinant), FLOATL(1e-37f)));
-  hit->doubtful = !(FLOATL(6) * z * fabs(e->determinant) + FLOATL(3) * edge * depth <=
-                    fabs(weighted) * FLOATL(HIT_DOUBT / ROUNDING));
+  hit->t_error =
+      FLOATL(ROUNDING) * fabs(ray->shear_z) *
+      (FLOATL(6) * z + FLOATL(3) * edge * triangle_depth(e) / max_lane(fabs(e->determinant), FLOATL(1e-37f)));
+  hit->doubtful = triangle_doubtful(e);
 }
 
 static inline TriangleHit triangle_hit(const TriangleEdges *e, const ShearedRay *ray)

@@ -4,7 +4,7 @@
 //         items           chunks and views, of which [first_item, first_item + item_count) are drawn
 //   out   maps            [view][size * size] (shared/depth_map.h), from first_texel on, as the bits of floats
 //
-//   depth_clear   a work-item four texels: nothing is there yet, and nothing listed
+//   depth_clear   nothing is there yet
 //   depth_small   a work-item a triangle of an item: draws it if its box is small, else lists it
 //   depth_split   a work-item a tile of a large box: lists it if the triangle has a part there
 //   depth_tiles   RASTER_TEAM work-items a listed tile
@@ -185,11 +185,10 @@ static inline void tile_pass(const MapTriangle *t, const WindowTriangle *in, con
     window_draw(in, box_window(box), box.number, scope, map_of(maps, scope, box.view), true, tile_share(0, 1));
 }
 
-kernel void depth_clear(global uint *maps, uint first_texel, uint texel_count, global ulong *box_counts)
+kernel void depth_clear(global uint *maps, uint first_texel, uint texel_count)
 {
-  uint number = get_global_id(0);
-  if (number < texel_count / 4) vstore4((uint4)(as_uint(1.0f)), number, maps + first_texel);
-  if (number < RASTER_BOX_COUNTS) box_counts[number] = 0;
+  global uint4 *to = (global uint4 *)(maps + first_texel);
+  for (uint i = get_global_id(0); i < texel_count / 4; i += get_global_size(0)) to[i] = (uint4)(as_uint(1.0f));
 }
 
 kernel void depth_small(global const RasterBlock *blocks, global const RasterBounds *bounds,
@@ -200,6 +199,7 @@ kernel void depth_small(global const RasterBlock *blocks, global const RasterBou
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   maps += first_texel;
+  counts_turn(box_counts, set);
   // Whole work-groups return, here and below: a chunk is of whole ones.
   uint slot = get_global_id(0);
   if (slot >= item_count * RASTER_CHUNK) return;
@@ -211,7 +211,7 @@ kernel void depth_small(global const RasterBlock *blocks, global const RasterBou
   MapTriangle t = triangle_setup(&scope, number);
   RasterBox box = box_of(number, view, (int4)(t.first_x, t.first_y, t.last_x, t.last_y));
   bool small = !t.clipped && box_is_small(t.first_x, t.first_y, t.last_x, t.last_y);
-  box_list(!t.culled && !small ? box_tile_count(box) : 0, box, &queued, &first, boxes, box_starts, box_counts);
+  box_list(!t.culled && !small ? box_tile_count(box) : 0, box, &queued, &first, boxes, box_starts, BOX_COUNTS);
   if (t.culled || !small || !triangle_window(&in, &t, box_window(box))) return;
   window_draw(&in, box_window(box), number, &scope, map_of(maps, &scope, view), true, tile_share(0, 1));
 }
@@ -223,8 +223,8 @@ kernel void depth_split(global const RasterBlock *blocks, constant RasterView *v
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   maps += first_texel;
-  ulong all = BOX_TILES(box_counts[RASTER_BOX_COUNT]);
-  uint box_count = (uint)(box_counts[RASTER_BOX_COUNT] >> BOX_SHIFT);
+  ulong all = BOX_TILES(BOX_COUNTS[RASTER_BOX_COUNT]);
+  uint box_count = (uint)(BOX_COUNTS[RASTER_BOX_COUNT] >> BOX_SHIFT);
   for (ulong begin = get_group_id(0) * GROUP_SIZE; begin < all; begin += get_global_size(0)) {
     ulong at = begin + get_local_id(0);
     bool meets = false;
@@ -237,7 +237,7 @@ kernel void depth_split(global const RasterBlock *blocks, constant RasterView *v
       t = triangle_setup(&scope, box.number);
       meets = t.clipped || (triangle_window(&in, &t, box_window(box)) && window_meets(&in));
     }
-    uint place = tile_place(meets, &queued, &first, box_counts);
+    uint place = tile_place(meets, &queued, &first, BOX_COUNTS);
     if (!meets) continue;
     Scope scope = {&views[box.view], blocks, &attributes};
     tile_pass(&t, &in, &scope, box, place, room, tiles, maps);
@@ -266,9 +266,9 @@ kernel void depth_tiles(global const RasterBlock *blocks, constant RasterView *v
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   maps += first_texel;
-  uint listed = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), teams = tile_teams(listed);
+  uint listed = (uint)min(BOX_COUNTS[RASTER_TILE_COUNT], (ulong)room), teams = tile_teams(listed);
   uint count = listed * teams, team = get_local_id(0) / RASTER_TEAM;
-  for (uint i = tiles_take(&first, box_counts); i < count; i = tiles_take(&first, box_counts)) {
+  for (uint i = tiles_take(&first, BOX_COUNTS); i < count; i = tiles_take(&first, BOX_COUNTS)) {
     TileShare share = tile_share((i + team) % teams, teams);
     if (i + team < count)
       tile_draw(&tiles[(i + team) / teams * RASTER_TILE_VECTORS], share, views, blocks, &attributes, maps);

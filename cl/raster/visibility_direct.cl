@@ -13,8 +13,8 @@
 //                      a work-group then draws the samples that it has listed
 //   visibility_split   a work-item a tile of a large box: lists it if the triangle may be met there
 //   visibility_tiles   RASTER_TEAM work-items a listed tile
-//   visibility_resolve a work-item a slot: t, u and v of the triangle that won; leaves keys and counts as it would
-//                      find them, so that nobody has to clear them
+//   visibility_resolve a work-item a slot: t, u and v of the triangle that won; leaves keys as it would find them, so
+//                      that nobody has to clear them. Shading may do the same in its place (shade/shade.cl)
 //
 //   Cost  44 bytes a triangle of the chunks in view, three sums a triangle and sample of its box, an intersection where
 //         they leave it open, 8 to 24 bytes a slot.
@@ -205,6 +205,7 @@ kernel void visibility_small(global const RasterBlock *blocks, global const Rast
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Scope scope = {cameras, (uint2)(0), 0, offsets, {first_tile, tile_count, first_sample, sample_count},
                  t_min,   &attributes};
+  counts_turn(box_counts, set);
   // Whole work-groups return, here and below: a chunk is of whole ones.
   uint slot = get_global_id(0), member = get_local_id(0);
   if (slot >= item_count * RASTER_CHUNK) return;
@@ -218,7 +219,7 @@ kernel void visibility_small(global const RasterBlock *blocks, global const Rast
   barrier(CLK_LOCAL_MEM_FENCE);
   RasterBox box = {0, 0, 0, 0};
   uint tile_total = triangle_list(&box, &list, blocks, number, view, view_number, rows, &scope, hidden, hidden_count);
-  box_list(tile_total, box, &queued, &first, boxes, box_starts, box_counts);
+  box_list(tile_total, box, &queued, &first, boxes, box_starts, BOX_COUNTS);
   samples_draw(&list, blocks, number - member, &scope, keys);
 }
 
@@ -232,8 +233,8 @@ kernel void visibility_split(global const RasterBlock *blocks, constant RasterVi
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Scope scope = {cameras, (uint2)(0), 0, offsets, {first_tile, tile_count, first_sample, sample_count},
                  t_min,   &attributes};
-  ulong all = BOX_TILES(box_counts[RASTER_BOX_COUNT]);
-  uint box_count = (uint)(box_counts[RASTER_BOX_COUNT] >> BOX_SHIFT);
+  ulong all = BOX_TILES(BOX_COUNTS[RASTER_BOX_COUNT]);
+  uint box_count = (uint)(BOX_COUNTS[RASTER_BOX_COUNT] >> BOX_SHIFT);
   for (ulong begin = get_group_id(0) * GROUP_SIZE; begin < all; begin += get_global_size(0)) {
     ulong at = begin + get_local_id(0);
     bool meets = false;
@@ -251,7 +252,7 @@ kernel void visibility_split(global const RasterBlock *blocks, constant RasterVi
       edges = sample_edges(&t, view, a);
       meets = edges_meet_box(&edges, box_bounds(tile));
     }
-    uint place = tile_place(meets, &queued, &first, box_counts);
+    uint place = tile_place(meets, &queued, &first, BOX_COUNTS);
     if (!meets) continue;
     if (place < room)
       tile_store(&tiles[place * RASTER_TILE_VECTORS], tile, &triangle, &edges);
@@ -269,9 +270,9 @@ kernel void visibility_tiles(global const RasterBlock *blocks, constant RasterVi
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   Scope scope = {cameras, (uint2)(0), 0, offsets, {first_tile, tile_count, first_sample, sample_count},
                  t_min,   &attributes};
-  uint listed = (uint)min(box_counts[RASTER_TILE_COUNT], (ulong)room), teams = tile_teams(listed);
+  uint listed = (uint)min(BOX_COUNTS[RASTER_TILE_COUNT], (ulong)room), teams = tile_teams(listed);
   uint count = listed * teams, team = get_local_id(0) / RASTER_TEAM;
-  for (uint i = tiles_take(&first, box_counts); i < count; i = tiles_take(&first, box_counts)) {
+  for (uint i = tiles_take(&first, BOX_COUNTS); i < count; i = tiles_take(&first, BOX_COUNTS)) {
     TileShare share = tile_share((i + team) % teams, teams);
     if (i + team < count)
       tile_draw(&tiles[(i + team) / teams * RASTER_TILE_VECTORS], share, &scope, cameras, view_count, keys);
@@ -280,34 +281,24 @@ kernel void visibility_tiles(global const RasterBlock *blocks, constant RasterVi
 
 kernel void visibility_resolve(constant CameraInfo *cameras, uint view_count, constant Float2 *offsets, uint first_tile,
                                uint tile_count, uint first_sample, uint slot_count, global ulong *keys,
-                               global ulong *box_counts, global const TriangleCorners *corners,
-                               global const float *positions, uint capacity, global float *hits, global uint *hit_ids)
+                               global const TriangleCorners *corners, global const float *positions, uint capacity,
+                               global float *hits, global uint *hit_ids)
 {
   uint slot = get_global_id(0);
   if (slot >= slot_count) return;
   UintL x, y;
   CameraSources sources = {cameras, view_count, offsets, first_tile, tile_count, first_sample};
-  WaveTile tile = wave_tile(&sources, slot);
+  WaveTile tile = wave_tile(&sources, get_group_id(0) * (uint)get_local_size(0));  // of the whole work-group
   constant CameraInfo *camera = tile.view.camera;
   tile_pixels(&x, &y, &tile.view, slot % TILE_PIXELS);
-  ulong key = keys[slot];
-  if (key != ULONG_MAX) keys[slot] = ULONG_MAX;
-  if (slot < RASTER_BOX_COUNTS) box_counts[slot] = 0;
-  float t = camera_ray_end(camera, x, y), u = 0, v = 0;
-  uint id = (uint)key;
-  if (id != HIT_NONE) {
-    global const uint *vertex = corners[id].vertex;
-    Triangle triangle;
-    for (uint i = 0; i < 3; i++) triangle.corner[i] = vload3(vertex[i], positions);
-    TurnedTriangle turned = {.kz = KZ_NONE};
+  ulong key = key_take(keys, slot);
+  HitPlace hit = {camera_ray_end(camera, x, y), 0, 0};
+  if (key != ULONG_MAX) {
     CameraRay ray = camera_ray(camera, x, y, tile.offset);
-    TriangleHit hit = sample_intersect(&ray, camera, &triangle, &turned);
-    t = as_float((uint)(key >> 32));
-    u = hit.u;
-    v = hit.v;
+    hit = key_hit(key, &ray, camera, corners, positions);
   }
-  hits[HIT_T * capacity + slot] = t;
-  hits[HIT_U * capacity + slot] = u;
-  hits[HIT_V * capacity + slot] = v;
-  hit_ids[slot] = id;
+  hits[HIT_T * capacity + slot] = hit.t;
+  hits[HIT_U * capacity + slot] = hit.u;
+  hits[HIT_V * capacity + slot] = hit.v;
+  hit_ids[slot] = (uint)key;
 }

@@ -84,7 +84,7 @@ SHARED_SIZE(RasterBox, 16);
 #define RASTER_LISTED_SAMPLES 1024  // of small triangles, that a work-group lists before it draws them
 #define RASTER_TILE_VECTORS 6       // of four words: a triangle set up for a tile, as cl/raster/*_direct.cl say
 
-// Counts of those lists, of 64 bits each.
+// Counts of those lists, of 64 bits each; two sets of them.
 #define RASTER_BOX_COUNT 0    // boxes to split and their tiles: cl/lib/boxes.cl
 #define RASTER_TILE_COUNT 1   // tiles
 #define RASTER_TAKEN_COUNT 2  // tiles that teams have taken

@@ -36,7 +36,7 @@ Status raster_boxes_reserve(RasterBoxes *boxes, Device *device, size_t items, ui
   TRY(buffer_reserve(&boxes->starts, device, triangles * sizeof(uint64_t), "raster triangles", log));
   TRY(buffer_reserve(&boxes->tiles, device, tiles * tile_bytes, "raster tiles", log));
   if (!boxes->counts.memory) {
-    TRY(buffer_create(&boxes->counts, device, RASTER_BOX_COUNTS * sizeof(uint64_t), NULL, "raster tiles", log));
+    TRY(buffer_create(&boxes->counts, device, 2 * RASTER_BOX_COUNTS * sizeof(uint64_t), NULL, "raster tiles", log));
     TRY(buffer_zero(device, &boxes->counts, log));
   }
 

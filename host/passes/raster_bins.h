@@ -25,8 +25,8 @@ typedef struct RasterBoxes {
   DeviceBuffer boxes;   // RasterBox, to split; room for every triangle of the pass
   DeviceBuffer starts;  // 64-bit number of the first tile of each
   DeviceBuffer tiles;   // [room] of RASTER_TILE_VECTORS x 4 words
-  DeviceBuffer counts;  // 64 bits each
-  uint32_t room;
+  DeviceBuffer counts;  // two sets of RASTER_BOX_COUNTS, of 64 bits each; a pass clears that of the next
+  uint32_t room, set;   // set: of the pass
 } RasterBoxes;
 
 // Makes room for so many items and tiles, where it is not there yet: there may be more tiles, which are drawn slowly.
@@ -40,4 +40,4 @@ size_t raster_box_items(const Device *device);
 // In the order in which the kernels declare them.
 #define BOX_ARGS(list)                                                                                          \
   ARG_BUFFER((list)->boxes), ARG_BUFFER((list)->starts), ARG_BUFFER((list)->tiles), ARG_BUFFER((list)->counts), \
-      ARG((list)->room)
+      ARG((list)->room), ARG((list)->set)

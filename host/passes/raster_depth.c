@@ -97,13 +97,12 @@ static Status direct_draw(RasterDepth *raster, Device *device, const DeviceScene
   uint32_t tiles = raster->options.pass_tiles ? raster->options.pass_tiles : RASTER_PASS_TILES;
   const uint32_t texels = raster->size_px * raster->size_px * to->view_count;
   TRY(raster_boxes_reserve(&raster->boxes, device, raster->items.pass, tiles, log));
-  TRY(device_launch(device, &raster->clear, texels / 4, texels, "clear depth maps",
-                    ARGS(ARG_BUFFER(*to->maps), ARG(to->first_texel), ARG(texels), ARG_BUFFER(raster->boxes.counts)),
-                    log));
+  TRY(device_launch(device, &raster->clear, smaller(raster_box_items(device), texels / 4), texels, "clear depth maps",
+                    ARGS(ARG_BUFFER(*to->maps), ARG(to->first_texel), ARG(texels)), log));
   for (uint32_t first = 0; first < raster->items.count; first += raster->items.pass) {
     uint32_t items = smaller(raster->items.pass, raster->items.count - first);
     uint64_t count = (uint64_t)items * RASTER_CHUNK;
-    if (first > 0) TRY(buffer_zero(device, &raster->boxes.counts, log));
+    raster->boxes.set = 1 - raster->boxes.set;
     TRY(device_launch(device, &raster->small, count, count, "set up triangles of depth maps, raster small ones",
                       ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds),
                            ITEM_ARGS(&raster->items, first, items), ARG_BUFFER(raster->views), ARG_BUFFER(*to->maps),

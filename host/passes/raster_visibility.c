@@ -196,7 +196,7 @@ static Status direct_draw(RasterVisibility *raster, Device *device, const Device
   for (uint32_t first = 0; first < raster->items.count; first += raster->items.pass) {
     uint32_t items = smaller(raster->items.pass, raster->items.count - first);
     uint64_t count = (uint64_t)items * RASTER_CHUNK;
-    if (first > 0) TRY(buffer_zero(device, &raster->boxes.counts, log));
+    raster->boxes.set = 1 - raster->boxes.set;
     TRY(device_launch(
         device, &raster->small, count, count, "set up triangles, raster small ones",
         ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ITEM_ARGS(&raster->items, first, items),
@@ -215,11 +215,12 @@ static Status direct_draw(RasterVisibility *raster, Device *device, const Device
                              ARG_BUFFER(raster->keys), BOX_ARGS(&raster->boxes), ATTRIBUTE_ARGS(scene)),
                         log));
   }
+  if (!hits) return STATUS_OK;
   TRY(device_launch(device, &raster->resolve, slots, slots, "raster camera visibility",
                     ARGS(ARG_BUFFER(camera->cameras), ARG(camera->view_count), ARG_BUFFER(camera->offsets),
                          ARG(wave->first_tile), ARG(wave->tile_count), ARG(wave->first_sample), ARG(slots),
-                         ARG_BUFFER(raster->keys), ARG_BUFFER(raster->boxes.counts), ARG_BUFFER(scene->corners),
-                         ARG_BUFFER(scene->positions), ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids)),
+                         ARG_BUFFER(raster->keys), ARG_BUFFER(scene->corners), ARG_BUFFER(scene->positions),
+                         ARG(capacity), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids)),
                     log));
 
 done:
