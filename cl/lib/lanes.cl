@@ -258,7 +258,11 @@ static inline Vec3L select3(IntL mask, Vec3L a, Vec3L b)
 static inline Vec3L unit3(Vec3L a)
 {
   FloatL squared = dot3(a, a);
+#if LANES == 1
+  return scale3(a, squared > 0 ? rsqrt(squared) : 0);  // to 2 ulp, as quotient and root are on many a GPU
+#else
   return scale3(a, squared > FLOATL(0) ? FLOATL(1) / sqrt(squared) : FLOATL(0));
+#endif
 }
 
 static inline FloatL max_component3(Vec3L a) { return max_lane(max_lane(a.x, a.y), a.z); }

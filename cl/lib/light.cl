@@ -43,7 +43,7 @@ static inline Lighting light_arriving(global const LightInfo *light, Vec3L origi
 
 #ifdef HAS_AREA_LIGHTS
 // Aims at a point of the light by chance. Returns the lanes inside it.
-static inline IntL light_point_choose(Lighting *light, uint kind, constant ShadeInfo *shade, uint number, UintL slot)
+static inline IntL light_point_choose(Lighting *light, uint kind, const ShadeInfo *shade, uint number, UintL slot)
 {
   RandomSource random = random_source(shade, slot);
   FloatL x, y, versine;

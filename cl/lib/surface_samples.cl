@@ -29,7 +29,7 @@ typedef struct RandomSource {
 } RandomSource;
 
 // By pixel of the whole picture, sample, and path; a slot's pixel is as lib/tile.cl has it.
-static inline RandomSource random_source(constant ShadeInfo *shade, UintL slot)
+static inline RandomSource random_source(const ShadeInfo *shade, UintL slot)
 {
   RandomSource source;
   UintL within = slot % UINTL(TILE_PIXELS), tile = slot / UINTL(TILE_PIXELS);
@@ -86,7 +86,7 @@ static inline FloatL specular_share(const Reflectance *r, FloatL nv)
 
 // To segment `which` of the environment's.
 static inline void environment_ray_append(const SampledSurface *at, IntL mask, Vec3L direction, FloatL t_max,
-                                          Vec3L brings, uint which, constant ShadeInfo *shade, const SampleStreams *to)
+                                          Vec3L brings, uint which, const ShadeInfo *shade, const SampleStreams *to)
 {
   uint segment = shade->environment_segment + which;
   IntL up = dot3(at->surface->geometric, direction) > FLOATL(0);
@@ -96,7 +96,7 @@ static inline void environment_ray_append(const SampledSurface *at, IntL mask, V
 }
 
 // A direction chosen by the image's luminance.
-static inline void light_sample_spawn(const SampledSurface *at, constant ShadeInfo *shade,
+static inline void light_sample_spawn(const SampledSurface *at, const ShadeInfo *shade,
                                       constant EnvironmentInfo *environment, global const Float4 *pixels,
                                       global const float *table, const SampleStreams *to)
 {
@@ -134,7 +134,7 @@ static inline void light_sample_spawn(const SampledSurface *at, constant ShadeIn
 }
 
 // A direction chosen as the surface reflects: a reflected ray, or a ray that the environment's light comes along.
-static inline void lobe_sample_spawn(const SampledSurface *at, constant ShadeInfo *shade,
+static inline void lobe_sample_spawn(const SampledSurface *at, const ShadeInfo *shade,
                                      constant EnvironmentInfo *environment, global const Float4 *pixels,
                                      global const float *table, const SampleStreams *to)
 {
@@ -170,7 +170,7 @@ static inline void lobe_sample_spawn(const SampledSurface *at, constant ShadeInf
 }
 
 // What an unoccluded environment sends to the eye, in equal parts on OCCLUSION_RAYS short rays by the cosine.
-static inline void occlusion_rays_spawn(const SampledSurface *at, Vec3L light, constant ShadeInfo *shade,
+static inline void occlusion_rays_spawn(const SampledSurface *at, Vec3L light, const ShadeInfo *shade,
                                         const SampleStreams *to)
 {
   Vec3L brings = scale3(mul3(light, at->weight), FLOATL(1.0f / OCCLUSION_RAYS));

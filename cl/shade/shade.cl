@@ -2,9 +2,12 @@
 //
 //   in    rays, slots, hits, hit_ids   a stream and what trace_closest found, [ray_count]; with shade->from_camera hits
 //                                      alone: the wave's camera rays are made here from cameras and offsets
+//         keys                         with HAS_KEYS and shade->from_keys, in place of hits: what raster left
+//                                      (lib/key_hit.cl)
 //         scene arrays                 host/device_scene
 //   out   radiance[slot]               emission, ambient, environment; light that needs no shadow ray: added, but the
-//                                      first batch of camera rays sets all slots
+//                                      first batch of camera rays sets all slots. With shade->to_picture it is the sums
+//                                      of a picture, by pixel
 //         shadow_rays, shadow_slots    one stream a light of the batch, weight = radiance if unblocked; after them the
 //                                      environment's own (shared/shade.h); with HAS_SHADOW_MAPS not for lights that
 //                                      have maps (lib/shadow_lookup.cl), with HAS_SURE_MAPS not for what these tell at
@@ -25,10 +28,12 @@
 #include "lib/camera_ray.cl"
 #include "lib/light.cl"
 #include "lib/radiance.cl"
+#include "lib/ray_stream.cl"
+#include "lib/triangle.cl"  // under no condition, as a file is included once
 #include "shared/bvh.h"
 #include "shared/shadow.h"
 #if defined(HAS_SHADOW_MAPS) || defined(HAS_SURE_MAPS)
-#include "lib/shadow_view.cl"  // here, as a file is included once
+#include "lib/shadow_view.cl"  // the same
 #endif
 #ifdef HAS_SHADOW_MAPS
 #include "lib/shadow_lookup.cl"
@@ -36,11 +41,14 @@
 #ifdef HAS_SURE_MAPS
 #include "lib/sure_named.cl"
 #endif
+#ifdef HAS_KEYS
+#include "lib/key_hit.cl"
+#endif
 
-// Rays that arrive, LANES of them.
+// Rays that arrive, LANES of them. The origin is that of camera rays.
 typedef struct Arrivals {
   UintL slot;
-  Vec3L direction, weight;
+  Vec3L origin, direction, weight;
   FloatL t_max;  // below 0: inactive
 } Arrivals;
 
@@ -78,7 +86,7 @@ static inline Vec3L environment_light_open(const SampledSurface *at, Vec3L to_ey
 }
 
 // Emission, and phong's ambient light.
-static inline Vec3L surface_own_radiance(const Surface *s, constant ShadeInfo *shade)
+static inline Vec3L surface_own_radiance(const Surface *s, const ShadeInfo *shade)
 {
   Vec3L own = s->emission;
   if (shade->model == LIGHTING_MODEL_PHONG) own = add3(own, scale3(s->base, FLOATL(shade->ambient)));
@@ -87,7 +95,7 @@ static inline Vec3L surface_own_radiance(const Surface *s, constant ShadeInfo *s
 
 // What rays that leave the scene bring: the environment, camera rays the background. Of what a lobe's sample finds, the
 // part counts that samples of the image leave to it.
-static inline Vec3L shade_misses(IntL missed, Vec3L direction, Vec3L weight, FloatL density, constant ShadeInfo *shade,
+static inline Vec3L shade_misses(IntL missed, Vec3L direction, Vec3L weight, FloatL density, const ShadeInfo *shade,
                                  constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
                                  global const float *environment_table)
 {
@@ -118,7 +126,7 @@ static inline Vec3L shade_misses(IntL missed, Vec3L direction, Vec3L weight, Flo
 
 // Light of the environment at a hit, but for what is sent along rays.
 static inline Vec3L environment_light_add(Vec3L sum, const SampledSurface *at, Vec3L to_eye, FloatL nv,
-                                          constant ShadeInfo *shade, constant EnvironmentInfo *environment,
+                                          const ShadeInfo *shade, constant EnvironmentInfo *environment,
                                           global const Float4 *pixels, global const Float4 *levels)
 {
   bool mean = shade->environment_light == ENVIRONMENT_BY_MEAN;
@@ -128,7 +136,7 @@ static inline Vec3L environment_light_add(Vec3L sum, const SampledSurface *at, V
 }
 
 // Light of the environment that is sent along rays, with the lobe's reflection of the scene.
-static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, FloatL nv, constant ShadeInfo *shade,
+static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, FloatL nv, const ShadeInfo *shade,
                                            constant EnvironmentInfo *environment, global const Float4 *pixels,
                                            global const float *table, global const Float4 *levels,
                                            const SampleStreams *to)
@@ -164,14 +172,16 @@ static inline void corners_prefetch(global const TriangleCorners *corners, globa
 #endif
 }
 
-static inline Arrivals arrivals_load(constant ShadeInfo *shade, const WaveTile *tile, global const float *rays,
+static inline Arrivals arrivals_load(const ShadeInfo *shade, const WaveTile *tile, global const float *rays,
                                      global const uint *slots, uint capacity, uint first, uint ray_count)
 {
   Arrivals out;
   if (shade->from_camera) {
     FloatL one = FLOATL(1);
     out.slot = UINTL(first) + LANE_AS_UINT(INTL(0) + LANE_INDEX);
-    out.direction = wave_ray(&out.t_max, tile, first).direction;
+    CameraRay ray = wave_ray(&out.t_max, tile, first);
+    out.origin = ray.origin;
+    out.direction = ray.direction;
     out.weight = vec3l(one, one, one);
     return out;
   }
@@ -180,6 +190,26 @@ static inline Arrivals arrivals_load(constant ShadeInfo *shade, const WaveTile *
   out.weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
   out.t_max = stream_load_t_max(rays, capacity, first, ray_count);
   return out;
+}
+
+// Keeps what neighbouring slots see. On a GPU by one store for both places: two take registers.
+static inline void sum_keep(global float4 *radiance, const ShadeInfo *shade, const WaveTile *tile, uint first,
+                            UintL slot, IntL mask, Sum sum)
+{
+  UintL x, y;
+  const bool to_picture = shade->to_picture != SHADE_TO_SLOTS, adds = shade->to_picture == SHADE_TO_PICTURE;
+  constant CameraInfo *camera = tile->view.camera;
+  tile_pixels(&x, &y, &tile->view, first % TILE_PIXELS);
+#if LANES == 1
+  uint place = to_picture ? y * camera->width + x : slot;
+  if (to_picture) mask = x < camera->width && y < camera->height;
+  if (mask) radiance[place] = adds ? radiance[place] + sum_of_lane(sum, 0) : sum_of_lane(sum, 0);
+#else
+  if (to_picture)
+    picture_store(radiance, camera->width, camera->height, x, y, adds, sum);
+  else
+    radiance_store(radiance, slot, mask, sum);
+#endif
 }
 
 #ifdef HAS_SURE_MAPS
@@ -193,12 +223,12 @@ static inline void count_add(uint rays, global uint *count)
 }
 #endif
 
-kernel void shade(constant ShadeInfo *shade, global const float *rays, global const uint *slots, uint capacity,
-                  uint ray_count, global const float *hits, global const uint *hit_ids, global const float *positions,
-                  global const float *normals, global const Float4 *tangents, global const TriangleCorners *corners,
-                  global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
-                  global const MaterialInfo *materials, global const TextureInfo *textures, global const uchar4 *texels,
-                  constant float *linear_from_byte, global const LightInfo *lights,
+kernel void shade(const ShadeInfo settings, global const float *rays, global const uint *slots, uint capacity,
+                  uint ray_count, global const float *hits, global const uint *hit_ids, global ulong *keys,
+                  global const float *positions, global const float *normals, global const Float4 *tangents,
+                  global const TriangleCorners *corners, global const Float2 *uvs, global const Float4 *colors,
+                  uint vertex_count, global const MaterialInfo *materials, global const TextureInfo *textures,
+                  global const uchar4 *texels, constant float *linear_from_byte, global const LightInfo *lights,
                   constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
                   global const float *environment_table, global const Float4 *environment_levels,
                   global const ShadowInfo *shadow_infos, global const ShadowView *shadow_views,
@@ -210,6 +240,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                   global float *transmitted_rays, global uint *transmitted_slots, global uint *counts,
                   constant CameraInfo *cameras, uint view_count, constant Float2 *offsets)
 {
+  const ShadeInfo *shade = &settings;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   GeometrySources geometry = {positions, normals, tangents};
   SampleStreams streams = {shadow_rays, shadow_slots, reflected_rays, reflected_slots, capacity, counts};
@@ -223,11 +254,17 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
   WaveTile tile = {{cameras, (uint2)(0)}, {0, 0}};
-  if (shade->from_camera) tile = wave_tile(&camera, begin);
+  // A work-group's rays are of one tile: the compiler then knows that all have the same camera.
+  if (shade->from_camera) tile = wave_tile(&camera, get_group_id(0) * (uint)get_local_size(0) * RAYS_PER_ITEM);
   for (uint first = begin; first < end; first += LANES) {
     corners_prefetch(corners, hit_ids, first + RAYS_PER_ITEM, ray_count);
     Arrivals in = arrivals_load(shade, &tile, rays, slots, capacity, first, ray_count);
+#ifdef HAS_KEYS
+    ulong key = shade->from_keys ? key_take(keys, first) : hit_ids[first];
+    UintL slot = in.slot, id = (uint)key;
+#else
     UintL slot = in.slot, id = LANE_LOAD(hit_ids, first);
+#endif
     IntL active = in.t_max > zero;
     IntL hit = active & (id != UINTL(HIT_NONE));
     IntL missed = active & (id == UINTL(HIT_NONE));
@@ -242,12 +279,19 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
       if (!begins) radiance_add(radiance, slot, missed, seen);
     }
     if (!any_lane(hit)) {
-      if (begins) radiance_store(radiance, slot, INTL(-1), sum);
+      if (begins) sum_keep(radiance, shade, &tile, first, slot, INTL(-1), sum);
       continue;
     }
 
-    FloatL u = LANE_LOAD(hits + HIT_U * capacity, first), v = LANE_LOAD(hits + HIT_V * capacity, first);
-    Surface s = surface_load(&geometry, &attributes, id, u, v, direction, hit);
+    HitPlace at;
+#ifdef HAS_KEYS
+    if (shade->from_keys) {
+      CameraRay ray = {in.origin, direction};
+      at = key_hit(key, &ray, tile.view.camera, corners, positions);
+    } else
+#endif
+      at = hit_place_load(hits, capacity, first);
+    Surface s = surface_load(&geometry, &attributes, id, at.u, at.v, direction, hit);
     Vec3L to_eye = scale3(unit3(direction), FLOATL(-1));
     FloatL nv = max_lane(fabs(dot3(s.normal, to_eye)), FLOATL(1e-6f));
     Vec3L origin = add3(s.position, s.offset);
@@ -255,7 +299,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
     if (shade->first_batch) {
       Vec3L through = scale3(weight, FLOATL(1) - s.alpha);
       IntL passes = hit & (max_component3(through) > FLOATL(shade->min_transmitted));
-      FloatL left = in.t_max - LANE_LOAD(hits + HIT_T * capacity, first);
+      FloatL left = in.t_max - at.t;
       stream_append_path(passes, sub3(s.position, s.offset), direction, left, through, slot, STREAMS_HAVE_DENSITY,
                          density, transmitted_rays, capacity, transmitted_slots, &counts[STREAM_COUNT_TRANSMITTED]);
     }
@@ -349,7 +393,7 @@ kernel void shade(constant ShadeInfo *shade, global const float *rays, global co
                          LANE_AS_FLOAT(id), shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity,
                          shadow_slots + i * capacity, &counts[i]);
     }
-    radiance_store(radiance, slot, begins ? INTL(-1) : hit, sum);
+    sum_keep(radiance, shade, &tile, first, slot, begins ? INTL(-1) : hit, sum);
     if (!shade->first_batch) continue;
 
     if (shade->reflect) {

@@ -18,6 +18,12 @@
 
 #define OCCLUSION_RAYS 4
 
+// Where radiance goes: to the wave's slots, or, where nothing is added later and slots are pixels, to the picture's
+// sums, of which those of its first samples set what was there.
+#define SHADE_TO_SLOTS 0
+#define SHADE_BEGINS_PICTURE 1
+#define SHADE_TO_PICTURE 2
+
 // Segments of the environment's rays among the shadow rays, from ShadeInfo.environment_segment on; those of
 // ENVIRONMENT_BY_OCCLUSION are one for each of the OCCLUSION_RAYS. ShadeInfo.environment_open is one more: rays chosen
 // by the image for lobes that reflect the scene; back faces are open to them.
@@ -26,11 +32,10 @@
 #define ENVIRONMENT_SEGMENTS (OCCLUSION_RAYS + 1)
 
 typedef struct ShadeInfo {
-  uint model;        // LIGHTING_MODEL_*
-  uint first_light;  // of this launch's batch
-  uint light_count;  // in the batch, 0..LIGHTS_PER_LAUNCH
-  uint first_batch;  // 1: this launch adds emission, ambient and environment, and spawns reflected rays
-  // Bytes, so that all of it can be written without a wait for what runs (buffer_write).
+  uint model;                    // LIGHTING_MODEL_*
+  uint first_light;              // of this launch's batch
+  uint light_count;              // in the batch, 0..LIGHTS_PER_LAUNCH
+  uint first_batch;              // 1: this launch adds emission, ambient and environment, and spawns reflected rays
   unsigned char casting_lights;  // bit i: light i of the batch casts shadows; of others light arrives unblocked
   unsigned char judged_lights;   // with HAS_SURE_MAPS, bit i: its sure maps judge shadow rays first
   unsigned char area_lights;     // with HAS_AREA_LIGHTS, bit i: a point of it is chosen by chance
@@ -53,8 +58,11 @@ typedef struct ShadeInfo {
   uint tiles_per_row, tile_rows;              // of the picture
   uint crop_x, crop_y;                        // as in CameraInfo
   float light_radius_m, light_sine;  // with HAS_AREA_LIGHTS: of spheres; of what directional ones subtend, halved
-  uint from_camera;                  // 1: the rays are those of the camera, of which there is no stream
-  float map_roughness;               // with HAS_ROUGH_MAPS, of surfaces for whose lobe maps are asked; 0: none
+  unsigned char from_camera;         // 1: the rays are those of the camera, of which there is no stream
+  unsigned char from_keys;           // 1: and their hits are those of raster's keys, with HAS_KEYS
+  unsigned char to_picture;          // SHADE_TO_*
+  unsigned char unused;
+  float map_roughness;  // with HAS_ROUGH_MAPS, of surfaces for whose lobe maps are asked; 0: none
 } ShadeInfo;
 SHARED_SIZE(ShadeInfo, 128);
 

@@ -202,7 +202,8 @@ static DeviceTraits traits_for(const DeviceInfo *info)
                           .lean_waves = 1,
                           .wide_bvh = false,
                           .fast_fma = true,
-                          .raster_registers = info->limits_registers ? 80 : 0};
+                          .raster_registers = info->limits_registers ? 80 : 0,
+                          .lean_shade_registers = info->limits_registers ? 72 : 0};
   return (DeviceTraits){.lanes = info->vector_width >= 16 ? 16 : 8,
                         .rays_per_item = 64,
                         .group_size = 1,

@@ -10,14 +10,15 @@
 
 // How kernels are compiled for a class of device: what must differ between a CPU and a GPU, in one table (device.c).
 typedef struct DeviceTraits {
-  uint32_t lanes;             // LANES: rays or pixels that a work-item handles in one vector
-  uint32_t rays_per_item;     // RAYS_PER_ITEM: rays that a work-item loops over
-  uint32_t group_size;        // work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew)
-  uint32_t wave_rays;         // rays in flight: what a stream buffer holds
-  uint32_t lean_waves;        // times as many where few hits send rays (plan_sends_rays); 0: once
-  bool wide_bvh;              // incoherent rays walk a Bvh8
-  bool fast_fma;              // FAST_FMA: fused multiply-add is one instruction
-  uint32_t raster_registers;  // of a work-item of raster, so that more of them are at work; 0: the compiler chooses
+  uint32_t lanes;          // LANES: rays or pixels that a work-item handles in one vector
+  uint32_t rays_per_item;  // RAYS_PER_ITEM: rays that a work-item loops over
+  uint32_t group_size;     // work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew)
+  uint32_t wave_rays;      // rays in flight: what a stream buffer holds
+  uint32_t lean_waves;     // times as many where few hits send rays (plan_sends_rays); 0: once
+  bool wide_bvh;           // incoherent rays walk a Bvh8
+  bool fast_fma;           // FAST_FMA: fused multiply-add is one instruction
+  // Of a work-item of raster, and of shading where few hits send rays, so that more are at work; 0: the compiler chooses.
+  uint32_t raster_registers, lean_shade_registers;
 } DeviceTraits;
 
 typedef struct DeviceInfo {
@@ -114,6 +115,9 @@ typedef struct KernelArg {
 #define ARG(value) ((KernelArg){sizeof(value), &(value)})
 #define ARG_BUFFER(buffer) ((KernelArg){sizeof(void *), &(buffer).memory})
 #define ARGS(...) (const KernelArg[]){__VA_ARGS__}, sizeof((KernelArg[]){__VA_ARGS__}) / sizeof(KernelArg)
+
+// An option for program_build that limits the registers of a work-item; nothing for 0.
+void program_registers_option(char *out, size_t size, uint32_t registers);
 
 // Queues `work_items` work-items of a kernel (rounded up to whole work-groups: kernels check their index), after
 // everything queued before. `items` is what the profile counts, `sentence` (static) what it says.

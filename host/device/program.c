@@ -188,6 +188,11 @@ static void build_announce(Device *device, double ms, Log *log)
     log_info(log, "%s: compiling kernels: seconds on a first run, later ones find them compiled", device->info.name);
 }
 
+void program_registers_option(char *out, size_t size, uint32_t registers)
+{
+  snprintf(out, size, registers ? "-cl-nv-maxrregcount=%u " : "", registers);
+}
+
 Status program_build(Program **out, Device *device, const char *path, const char *options, Log *log)
 {
   Status status = STATUS_OK;

@@ -31,9 +31,8 @@ Status raster_program(Program **out, Device *device, const DeviceScene *scene, c
 {
   char surfaces[128] = "", registers[64] = "", options[256];
   const DeviceTraits *traits = device_traits(device);
+  program_registers_option(registers, sizeof registers, traits->raster_registers);
   if (scene->has_masks || scene->has_shadowless) device_scene_options(scene, surfaces, sizeof surfaces);
-  if (traits->raster_registers)
-    snprintf(registers, sizeof registers, "-cl-nv-maxrregcount=%u ", traits->raster_registers);
   snprintf(options, sizeof options, "%s%s-D GROUP_SIZE=%u", registers, surfaces, traits->group_size);
   return program_build(out, device, path, options, log);
 }

@@ -4,6 +4,7 @@
 
 #include "device_scene/environment_levels.h"
 #include "device_scene/environment_table.h"
+#include "passes/raster_scene.h"
 #include "passes/scene_args.h"
 
 // What the environment's light needs besides the kernel.
@@ -38,7 +39,7 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const 
 {
   Status status = STATUS_OK;
   Shader shader = {0};
-  char options[256];
+  char options[512];
   device_scene_options(scene, options, sizeof options);
   if (plan->lobes) strcat(options, "-D HAS_LOBES ");
   if (plan->rough_by_maps) strcat(options, "-D HAS_ROUGH_MAPS ");
@@ -48,10 +49,14 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const 
   if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_PCSS))) strcat(options, "-D HAS_DISC ");
   if (plan->receivers) strcat(options, "-D HAS_RECEIVERS ");
   if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) strcat(options, "-D HAS_OCCLUSION_RAYS ");
+  if (plan->primary == PRIMARY_RASTER && raster_way(&(RasterOptions){0}, device) == RASTER_WAY_DIRECT)
+    strcat(options, "-D HAS_KEYS ");
+  if (!plan_sends_rays(plan))
+    program_registers_option(options + strlen(options), sizeof options - strlen(options),
+                             device_traits(device)->lean_shade_registers);
   TRY(environment_prepare(&shader, device, scene, plan, log));
   TRY(program_build(&shader.program, device, "shade/shade.cl", options, log));
   TRY(program_kernel(&shader.kernel, shader.program, "shade", log));
-  TRY(buffer_create(&shader.info, device, sizeof(ShadeInfo), NULL, "shading settings", log));
   TRY(buffer_create(&shader.nothing, device, 0, NULL, "nothing", log));
   TRY(buffer_create(&shader.counts, device, STREAM_COUNTS * sizeof(uint32_t), NULL, "stream counters", log));
   *out = shader;
@@ -65,7 +70,6 @@ done:
 void shader_free(Shader *shader)
 {
   kernel_free(&shader->kernel);
-  buffer_free(&shader->info);
   buffer_free(&shader->counts);
   buffer_free(&shader->nothing);
   buffer_free(&shader->environment_table);
@@ -115,14 +119,13 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
     shadow_rays |= info->casting_lights >> i & 1 && (!maps || !shadow_maps_have(maps, info->first_light + i));
   bool spawns =
       shadow_rays || info->reflect || (info->first_batch && (scene->has_blends || shader->environment_segments > 0));
-  DeviceBuffer settings = shader->info, counters = shader->counts;
+  DeviceBuffer counters = shader->counts, keys = streams->keys ? *streams->keys : shader->nothing;
   memset(counts, 0, STREAM_COUNTS * sizeof *counts);
-  TRY(buffer_write(device, &settings, info, sizeof *info, log));
   if (spawns) TRY(buffer_zero(device, &counters, log));
   TRY(device_launch(
       device, &shader->kernel, work_items(device, count), count, sentence,
-      ARGS(ARG_BUFFER(shader->info), ARG_BUFFER(streams->rays->rays), ARG_BUFFER(streams->rays->slots),
-           ARG(streams->rays->capacity), ARG(count), ARG_BUFFER(streams->hits->hits), ARG_BUFFER(streams->hits->ids),
+      ARGS(ARG(*info), ARG_BUFFER(streams->rays->rays), ARG_BUFFER(streams->rays->slots), ARG(streams->rays->capacity),
+           ARG(count), ARG_BUFFER(streams->hits->hits), ARG_BUFFER(streams->hits->ids), ARG_BUFFER(keys),
            ARG_BUFFER(scene->positions), ARG_BUFFER(scene->normals), ARG_BUFFER(scene->tangents), ATTRIBUTE_ARGS(scene),
            ARG_BUFFER(scene->lights), ARG_BUFFER(scene->environment), ARG_BUFFER(scene->environment_pixels),
            ARG_BUFFER(shader->environment_table), ARG_BUFFER(shader->environment_levels), ARG_BUFFER(of.infos),

@@ -12,7 +12,6 @@
 typedef struct Shader {
   Program *program;
   Kernel kernel;
-  DeviceBuffer info;                // ShadeInfo
   DeviceBuffer counts;              // [STREAM_COUNTS]
   DeviceBuffer environment_table;   // shared/scene.h; empty where directions are not chosen by an image
   DeviceBuffer environment_levels;  // shared/scene.h; empty where no surface reads them
@@ -27,10 +26,11 @@ typedef struct ShadeStreams {
   const HitStream *hits;
   const RayStream *shadow;  // LIGHTS_PER_LAUNCH segments at most, then those of the environment
   const RayStream *reflected, *transmitted;
-  const DeviceBuffer *radiance;  // Float4 by slot
+  const DeviceBuffer *radiance;  // Float4 by slot, or by pixel (ShadeInfo.to_picture)
   const ShadowMaps *maps;        // of the lights; NULL where the plan has none
   const CameraRays *camera;      // may be NULL unless ShadeInfo.from_camera is set
   const SureMaps *sure;          // the same
+  const DeviceBuffer *keys;      // NULL unless ShadeInfo.from_keys is set
 } ShadeStreams;
 
 // Builds the kernel with what the plan needs; the scene's host environment is read where it has to be sampled.

@@ -57,6 +57,40 @@ Bounce bounce_first(const Frame *frame, const Wave *wave)
                   .path = hash_pcg(frame->request.seed)};
 }
 
+// Are the hits of camera rays asked once, by a launch of shading for all lights?
+static bool shades_once(const Frame *frame)
+{
+  const FrameRequest *request = &frame->request;
+  return request->plan.primary == PRIMARY_RASTER && !(request->aovs & (AOV_SET_SURFACE | AOV_SET_SHADOW)) &&
+         !frame->capturing && !frame->marking && !request->doubt && !request->sights && frame->camera.view_count == 1 &&
+         frame->scene->light_count <= LIGHTS_PER_LAUNCH;
+}
+
+bool bounce_fills_picture(const Frame *frame, const Wave *wave)
+{
+  const Plan *plan = &frame->request.plan;
+  return shades_once(frame) && !(frame->request.aovs & AOV_SET_REFLECTION) && wave->sample_count == 1 &&
+         !plan_sends_rays(plan) && !plan->reflected_rays && !plan->transmitted_rays;
+}
+
+static bool reads_keys(const Frame *frame, const Bounce *bounce)
+{
+  return bounce->from_camera && shades_once(frame) && frame->raster.way == RASTER_WAY_DIRECT;
+}
+
+// Does the film have samples of the wave's pixels?
+static bool picture_begins(const Frame *frame, const Wave *wave)
+{
+  return wave->first_sample == 0 && !frame->request.adds;
+}
+
+// Where the radiance of a wave's camera rays goes.
+static unsigned char goes_to(const Frame *frame, const Wave *wave)
+{
+  if (!bounce_fills_picture(frame, wave)) return SHADE_TO_SLOTS;
+  return picture_begins(frame, wave) ? SHADE_BEGINS_PICTURE : SHADE_TO_PICTURE;
+}
+
 static uint32_t environment_light_of(EnvironmentLightMethod method)
 {
   switch (method) {
@@ -120,6 +154,8 @@ ShadeInfo bounce_shade_info(const Frame *frame, const Wave *wave, const Bounce *
       .min_transmitted = least_transmitted,
       .primary = depth == 0,
       .from_camera = bounce->from_camera,
+      .from_keys = reads_keys(frame, bounce),
+      .to_picture = bounce->from_camera ? goes_to(frame, wave) : SHADE_TO_SLOTS,
       .flat_background = request->flat_background,
       .background = {request->background[0], request->background[1], request->background[2]},
       .max_roughness = plan_samples_lobes(plan) ? plan->max_roughness : 0,
@@ -144,8 +180,8 @@ ShadeInfo bounce_shade_info(const Frame *frame, const Wave *wave, const Bounce *
 
 Status radiance_accumulate(Frame *frame, const Wave *wave, const DeviceBuffer *sums, Log *log)
 {
-  bool begin = wave->first_sample == 0 && !frame->request.adds;
-  return film_accumulate(&frame->film, frame->device, &frame->camera, wave, &frame->radiance, sums, begin, log);
+  return film_accumulate(&frame->film, frame->device, &frame->camera, wave, &frame->radiance, sums,
+                         picture_begins(frame, wave), log);
 }
 
 // Light of the first hits without lights, with them, and without their shadows, all of it without the environment's:
@@ -199,7 +235,7 @@ static Status first_hits_find(Frame *frame, const Wave *wave, const Bounce *boun
   }
   if (frame->request.plan.primary == PRIMARY_RASTER)
     return raster_visibility(&frame->raster, device, frame->scene, &frame->raster_scene, &frame->camera, wave,
-                             &frame->hits, frame->capacity, log);
+                             reads_keys(frame, bounce) ? NULL : &frame->hits, frame->capacity, log);
   return trace_closest(&frame->tracer, device, frame->scene, bounce->rays, bounce->count, frame->camera.info.near_m,
                        &frame->hits, RAYS_COHERENT, "trace camera rays", log);
 
@@ -314,9 +350,11 @@ Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounc
   RayStream *reflected, *transmitted;
   TRY(stream_take(&reflected, frame, info.reflect, log));
   TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
-  ShadeStreams streams = {bounce->rays,        &frame->hits,        &frame->shadow,
-                          reflected,           transmitted,         &frame->radiance,
-                          &frame->shadow_maps, frame_camera(frame), &frame->shadow_hybrid.maps};
+  ShadeStreams streams = {
+      bounce->rays,        &frame->hits,        &frame->shadow,
+      reflected,           transmitted,         info.to_picture ? &frame->film.sums : &frame->radiance,
+      &frame->shadow_maps, frame_camera(frame), &frame->shadow_hybrid.maps,
+      &frame->raster.keys};
   TRY(hits_find(frame, wave, &own, coherence, log));
   if (bounce->first && request->aovs & AOV_SET_SURFACE)
     TRY(film_aov(&frame->film, device, frame->scene, &frame->camera, wave, bounce->rays, &frame->hits, log));

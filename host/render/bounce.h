@@ -18,6 +18,9 @@ typedef struct Bounce {
 // The first bounce of a wave.
 Bounce bounce_first(const Frame *frame, const Wave *wave);
 
+// Is the picture's share of a wave done by one launch of shading, pixel by pixel? Its radiance is then in the sums.
+bool bounce_fills_picture(const Frame *frame, const Wave *wave);
+
 // A stream that is not in use; `no_rays` where none is wanted. Errors: STATUS_TOO_LARGE.
 Status stream_take(RayStream **out, Frame *frame, bool wanted, Log *log);
 void stream_give_back(Frame *frame, const RayStream *stream);

@@ -25,6 +25,7 @@ static Status hits_shade(Frame *frame, const DoubtStreams *streams, const RayStr
                      radiance,
                      &frame->shadow_maps,
                      &frame->camera,
+                     NULL,
                      NULL};
   info.reflect = 1;
   info.casting_lights = 0;

@@ -220,7 +220,7 @@ static Status wave_add(Frame *frame, const Wave *wave, Log *log)
     doubt->showing = false;
   }
   TRY(frame_render_wave(frame, wave, log));
-  TRY(radiance_accumulate(frame, wave, &frame->film.sums, log));
+  if (!bounce_fills_picture(frame, wave)) TRY(radiance_accumulate(frame, wave, &frame->film.sums, log));
   if (frame->request.sights)
     TRY(reflection_sights_light(frame->request.sights, frame->device, &frame->radiance, wave_rays(wave), log));
   if (doubt) shadow_doubt_end_wave(doubt);

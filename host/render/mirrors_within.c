@@ -16,7 +16,8 @@ static Status hits_reflect(uint32_t *count, Frame *frame, const RayStream *from,
   ShadeInfo info = bounce_shade_info(frame, wave, &(Bounce){.depth = depth});
   TRY(stream_take(&transmitted, frame, frame->request.plan.transmitted_rays, log));
   const ShadeStreams streams = {
-      from, &frame->hits, &frame->shadow, to, transmitted, &frame->radiance, &frame->shadow_maps, &frame->camera, NULL};
+      from, &frame->hits, &frame->shadow, to, transmitted, &frame->radiance, &frame->shadow_maps, &frame->camera,
+      NULL, NULL};
   info.environment_light = info.environment_table = info.from_camera = 0;
   info.max_roughness = info.map_roughness = 0;
   info.receivers = 1;
