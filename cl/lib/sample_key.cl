@@ -146,6 +146,15 @@ static inline bool edges_meet_box(const SampleEdges *e, int4 bounds)
   return true;
 }
 
+// Draws a sample of a slot of the wave that was at `depth`.
+static inline void slot_draw(const Triangle *t, TurnedTriangle *turned, const Scope *scope, int2 at, uint sample,
+                             uint slot, uint depth, global ulong *keys)
+{
+  CameraRay ray = camera_ray(scope->camera, (uint)at.x, (uint)at.y, scope->offsets[scope->wave.first_sample + sample]);
+  ulong key = sample_key(t, turned, scope, &ray);
+  if (key != ULONG_MAX && (uint)(key >> 32) <= depth) atom_min(&keys[slot], key);
+}
+
 // The upper half of a key is its second word: devices are little-endian. It is looked at early, and has come when the
 // intersection is done.
 static inline void sample_draw(const Triangle *t, TurnedTriangle *turned, const Scope *scope, int2 at, uint sample,
@@ -153,10 +162,7 @@ static inline void sample_draw(const Triangle *t, TurnedTriangle *turned, const 
 {
   uint slot = wave_slot(scope, (uint)at.x, (uint)at.y, sample);
   if (slot == HIT_NONE) return;
-  uint depth = depth_now((global const uint *)&keys[slot] + 1);
-  CameraRay ray = camera_ray(scope->camera, (uint)at.x, (uint)at.y, scope->offsets[scope->wave.first_sample + sample]);
-  ulong key = sample_key(t, turned, scope, &ray);
-  if (key != ULONG_MAX && (uint)(key >> 32) <= depth) atom_min(&keys[slot], key);
+  slot_draw(t, turned, scope, at, sample, slot, depth_now((global const uint *)&keys[slot] + 1), keys);
 }
 
 // Moves `at` on, row by row, to the next sample that may be met.

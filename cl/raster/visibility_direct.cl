@@ -97,11 +97,16 @@ static inline RasterBox tile_load(Triangle *t, SampleEdges *e, global const uint
   return box;
 }
 
-// Bits of the depth that a sample is at; 0 outside the wave.
-static inline uint sample_depth(const Scope *scope, int2 first, uint bit, uint sample, global const ulong *keys)
+// Slot of a pixel of the tile.
+static inline uint piece_slot(const Scope *scope, int2 first, uint bit, uint sample)
 {
   int2 at = first + piece_offset(bit);
-  uint slot = wave_slot(scope, (uint)at.x, (uint)at.y, sample);
+  return wave_slot(scope, (uint)at.x, (uint)at.y, sample);
+}
+
+// Bits of the depth that a slot is at; 0 outside the wave.
+static inline uint slot_depth(uint slot, global const ulong *keys)
+{
   return slot == HIT_NONE ? 0 : depth_now((global const uint *)&keys[slot] + 1);
 }
 
@@ -126,19 +131,16 @@ static inline void tile_draw(global const uint4 *from, TileShare share, Scope *s
       const float row[3] = {edge_row(&edges, 0, down), edge_row(&edges, 1, down), edge_row(&edges, 2, down)};
       for (int x = 0; x <= last.x; x++, along += 8) met |= (uint)edges_meet(&edges, row, along) << (4 * y + x);
     }
-    met &= within;
-    for (uint bits = met; bits;) {
-      uint4 at = bits_take(&bits);
-      uint4 now =
-          (uint4)(sample_depth(scope, first, at.x, sample, keys), sample_depth(scope, first, at.y, sample, keys),
-                  sample_depth(scope, first, at.z, sample, keys), sample_depth(scope, first, at.w, sample, keys));
-      uint hidden = (uint)(edges.nearest > now.x) << at.x | (uint)(edges.nearest > now.y) << at.y |
-                    (uint)(edges.nearest > now.z) << at.z | (uint)(edges.nearest > now.w) << at.w;
-      met &= ~hidden;
-    }
-    for (; met; met &= met - 1) {
-      int2 at = first + piece_offset(lowest_bit(met));
-      sample_draw(&t, &turned, scope, at, sample, keys);
+    for (met &= within; met;) {
+      uint count = min(popcount(met), 4u);
+      uint4 bit = bits_take(&met);
+      uint4 slot = (uint4)(piece_slot(scope, first, bit.x, sample), piece_slot(scope, first, bit.y, sample),
+                           piece_slot(scope, first, bit.z, sample), piece_slot(scope, first, bit.w, sample));
+      uint4 now = (uint4)(slot_depth(slot.x, keys), slot_depth(slot.y, keys), slot_depth(slot.z, keys),
+                          slot_depth(slot.w, keys));
+      for (; count; count--, bit = bit.yzwx, slot = slot.yzwx, now = now.yzwx)
+        if (slot.x != HIT_NONE && edges.nearest <= now.x)
+          slot_draw(&t, &turned, scope, first + piece_offset(bit.x), sample, slot.x, now.x, keys);
     }
   }
 }

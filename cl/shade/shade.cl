@@ -25,11 +25,8 @@
 //   A ray's radiance is added slot by slot in the order of launches: no atomics, the same sum on every run.
 //   Streams are packed by one atomic per LANES rays; their order varies from run to run, the picture does not.
 
-#include "lib/camera_ray.cl"
+#include "lib/arrivals.cl"
 #include "lib/light.cl"
-#include "lib/radiance.cl"
-#include "lib/ray_stream.cl"
-#include "lib/triangle.cl"  // under no condition, as a file is included once
 #include "shared/bvh.h"
 #include "shared/shadow.h"
 #if defined(HAS_SHADOW_MAPS) || defined(HAS_SURE_MAPS)
@@ -41,17 +38,6 @@
 #ifdef HAS_SURE_MAPS
 #include "lib/sure_named.cl"
 #endif
-#ifdef HAS_KEYS
-#include "lib/key_hit.cl"
-#endif
-
-// Rays that arrive, LANES of them. The origin is that of camera rays.
-typedef struct Arrivals {
-  UintL slot;
-  Vec3L origin, direction, weight;
-  FloatL t_max;  // below 0: inactive
-} Arrivals;
-
 static inline Vec3L mirror3(Vec3L to_eye, Vec3L n) { return sub3(scale3(n, FLOATL(2) * dot3(n, to_eye)), to_eye); }
 
 // About where a rough surface reflects: the lobe leans to the normal as it widens. The fourth power of roughness for a
@@ -161,57 +147,6 @@ static inline void environment_light_spawn(SampledSurface *at, Vec3L to_eye, Flo
 #endif
 }
 
-// Asks for the corners of triangles that are shaded soon.
-static inline void corners_prefetch(global const TriangleCorners *corners, global const uint *hit_ids, uint first,
-                                    uint ray_count)
-{
-#ifdef HAS_PREFETCH
-  if (first >= ray_count) return;
-#pragma unroll
-  for (uint lane = 0; lane < LANES; lane++) PREFETCH(corners + hit_ids[first + lane]);
-#endif
-}
-
-static inline Arrivals arrivals_load(const ShadeInfo *shade, const WaveTile *tile, global const float *rays,
-                                     global const uint *slots, uint capacity, uint first, uint ray_count)
-{
-  Arrivals out;
-  if (shade->from_camera) {
-    FloatL one = FLOATL(1);
-    out.slot = UINTL(first) + LANE_AS_UINT(INTL(0) + LANE_INDEX);
-    CameraRay ray = wave_ray(&out.t_max, tile, first);
-    out.origin = ray.origin;
-    out.direction = ray.direction;
-    out.weight = vec3l(one, one, one);
-    return out;
-  }
-  out.slot = LANE_LOAD(slots, first);
-  out.direction = stream_load3(rays, capacity, RAY_DIRECTION_X, first);
-  out.weight = stream_load3(rays, capacity, RAY_WEIGHT_R, first);
-  out.t_max = stream_load_t_max(rays, capacity, first, ray_count);
-  return out;
-}
-
-// Keeps what neighbouring slots see. On a GPU by one store for both places: two take registers.
-static inline void sum_keep(global float4 *radiance, const ShadeInfo *shade, const WaveTile *tile, uint first,
-                            UintL slot, IntL mask, Sum sum)
-{
-  UintL x, y;
-  const bool to_picture = shade->to_picture != SHADE_TO_SLOTS, adds = shade->to_picture == SHADE_TO_PICTURE;
-  constant CameraInfo *camera = tile->view.camera;
-  tile_pixels(&x, &y, &tile->view, first % TILE_PIXELS);
-#if LANES == 1
-  uint place = to_picture ? y * camera->width + x : slot;
-  if (to_picture) mask = x < camera->width && y < camera->height;
-  if (mask) radiance[place] = adds ? radiance[place] + sum_of_lane(sum, 0) : sum_of_lane(sum, 0);
-#else
-  if (to_picture)
-    picture_store(radiance, camera->width, camera->height, x, y, adds, sum);
-  else
-    radiance_store(radiance, slot, mask, sum);
-#endif
-}
-
 #ifdef HAS_SURE_MAPS
 static inline void count_add(uint rays, global uint *count)
 {
@@ -243,6 +178,7 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
   const ShadeInfo *shade = &settings;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   GeometrySources geometry = {positions, normals, tangents};
+  ArrivalSources from = {rays, slots, hits, hit_ids, keys, capacity, corners, positions};
   SampleStreams streams = {shadow_rays, shadow_slots, reflected_rays, reflected_slots, capacity, counts};
   CameraSources camera = {cameras, view_count, offsets, shade->first_tile, shade->tile_count, shade->first_sample};
   FloatL zero = FLOATL(0);
@@ -258,13 +194,8 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
   if (shade->from_camera) tile = wave_tile(&camera, get_group_id(0) * (uint)get_local_size(0) * RAYS_PER_ITEM);
   for (uint first = begin; first < end; first += LANES) {
     corners_prefetch(corners, hit_ids, first + RAYS_PER_ITEM, ray_count);
-    Arrivals in = arrivals_load(shade, &tile, rays, slots, capacity, first, ray_count);
-#ifdef HAS_KEYS
-    ulong key = shade->from_keys ? key_take(keys, first) : hit_ids[first];
-    UintL slot = in.slot, id = (uint)key;
-#else
-    UintL slot = in.slot, id = LANE_LOAD(hit_ids, first);
-#endif
+    Arrivals in = arrivals_load(&from, shade, &tile, first, ray_count);
+    UintL slot = in.slot, id = in.id;
     IntL active = in.t_max > zero;
     IntL hit = active & (id != UINTL(HIT_NONE));
     IntL missed = active & (id == UINTL(HIT_NONE));
@@ -283,14 +214,7 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
       continue;
     }
 
-    HitPlace at;
-#ifdef HAS_KEYS
-    if (shade->from_keys) {
-      CameraRay ray = {in.origin, direction};
-      at = key_hit(key, &ray, tile.view.camera, corners, positions);
-    } else
-#endif
-      at = hit_place_load(hits, capacity, first);
+    HitPlace at = arrival_place(&in, &from, shade, &tile, first);
     Surface s = surface_load(&geometry, &attributes, id, at.u, at.v, direction, hit);
     Vec3L to_eye = scale3(unit3(direction), FLOATL(-1));
     FloatL nv = max_lane(fabs(dot3(s.normal, to_eye)), FLOATL(1e-6f));

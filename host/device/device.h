@@ -17,7 +17,7 @@ typedef struct DeviceTraits {
   uint32_t lean_waves;     // times as many where few hits send rays (plan_sends_rays); 0: once
   bool wide_bvh;           // incoherent rays walk a Bvh8
   bool fast_fma;           // FAST_FMA: fused multiply-add is one instruction
-  // Of a work-item of raster, and of shading where few hits send rays, so that more are at work; 0: the compiler chooses.
+  // Of a work-item of raster, and of shading where few hits send rays, so that more are at work; 0: the compiler's.
   uint32_t raster_registers, lean_shade_registers;
 } DeviceTraits;
 

@@ -40,9 +40,9 @@ Status raster_visibility_aim(RasterVisibility *raster, Device *device, const Ras
 Status raster_visibility_hide(RasterVisibility *raster, Device *device, const uint32_t (*ranges)[2], uint32_t count,
                               Log *log);
 
-// Writes the hits of all slots of the wave, into a stream of `capacity`; without `hits` (RASTER_WAY_DIRECT alone) leaves
-// them as keys, which shading must take before the next wave (ShadeInfo.from_keys). With bins the first wave of a picture pays for
-// setup and binning, unless they take several passes: then every wave does.
+// Writes the hits of all slots of the wave, into a stream of `capacity`; without `hits` (RASTER_WAY_DIRECT alone) they
+// stay keys, which shading must take before the next wave (ShadeInfo.from_keys). With bins the first wave of a picture
+// pays for setup and binning, unless they take several passes: then every wave does.
 Status raster_visibility(RasterVisibility *raster, Device *device, const DeviceScene *scene,
                          const RasterScene *triangles, const CameraRays *camera, const Wave *wave,
                          const HitStream *hits, uint32_t capacity, Log *log);
