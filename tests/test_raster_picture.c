@@ -27,15 +27,16 @@ static void check(const Scene *scene, const Camera *camera, PictureRequest reque
   picture_free(&raster);
 }
 
+static const uint32_t all_lanes[] = {16, 8, 1};
+
 // Every kind of material, alpha and light, all AOVs; waves that end within a row of bins.
 static void every_feature_is_shaded_alike(void **state)
 {
-  static const uint32_t lanes[] = {16, 8, 1};
   Scene scene = scene_features();
   Camera camera = scene_features_camera();
   for (int i = 0; i < (test_on_gpu() ? 1 : 3); i++) {
     PictureRequest request = picture_request(101, 77, 4);
-    request.lanes = lanes[i];
+    request.lanes = all_lanes[i];
     request.aovs = ALL_AOVS;
     check(&scene, &camera, request);
     request.wave_rays = 2048;
@@ -57,11 +58,30 @@ static void shipped_scenes_are_shaded_alike(void **state)
   }
 }
 
+// Where no ray is sent shading sets the picture's sums in the first waves and adds to them in those of later samples; by
+// rays the film does. Waves of seven tiles, of which those at the edges are cut.
+static void shading_fills_pictures_as_the_film_does(void **state)
+{
+  Camera camera;
+  Scene scene = gltf_read_fine("scenes/room.glb");
+  picture_assert_ok(scene_camera_choose(&camera, &scene, NULL, 101.0 / 77, &picture_log));
+  for (int i = 0; i < (test_on_gpu() ? 1 : 3); i++) {
+    PictureRequest request = picture_request(101, 77, 2);
+    request.lanes = all_lanes[i];
+    request.wave_rays = 64 * 7;
+    request.settings.shadows = SHADOWS_PCF;
+    request.settings.reflections = REFLECTIONS_NONE;
+    check(&scene, &camera, request);
+  }
+  scene_free(&scene);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(every_feature_is_shaded_alike),
       cmocka_unit_test(shipped_scenes_are_shaded_alike),
+      cmocka_unit_test(shading_fills_pictures_as_the_film_does),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }
