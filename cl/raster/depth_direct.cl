@@ -130,23 +130,10 @@ static inline void window_draw(const WindowTriangle *t, int4 window, uint number
   }
 }
 
-// Draws what a triangle that must be clipped has in a box of a tile at most.
-static inline void clipped_draw(const MapTriangle *t, const Scope *scope, RasterBox box, global uint *maps, bool alone,
-                                TileShare share)
+// A tile in the list: the box and the triangle, or a part of one that was clipped, in its window.
+static inline void tile_store(global uint4 *to, RasterBox box, const WindowTriangle *t)
 {
-  WindowTriangle in;
-  int4 window = box_window(box);
-  ClipPolygon polygon = depth_clip(scope->view, clip_corner(t, 0, 0), clip_corner(t, 1, 0), clip_corner(t, 2, 0));
-  for (uint i = 2; i < polygon.count; i++)
-    if (window_fan_triangle(&in, &polygon, i, scope->view, window))
-      window_draw(&in, window, box.number, scope, map_of(maps, scope, box.view), alone, share);
-}
-
-// A tile in the list: the box, view << 1 | must it be clipped, and the triangle in its window.
-static inline void tile_store(global uint4 *to, RasterBox box, uint clipped, const WindowTriangle *t)
-{
-  to[0] = (uint4)(box.x, box.y, box.number, box.view << 1 | clipped);
-  if (clipped) return;
+  to[0] = (uint4)(box.x, box.y, box.number, box.view);
   to[1] = as_uint4((int4)(t->edge[0], t->edge[1], t->edge[2], t->edge_x[0]));
   to[2] = as_uint4((int4)(t->edge_x[1], t->edge_x[2], t->edge_y[0], t->edge_y[1]));
   to[3] = as_uint4((int4)(t->edge_y[2], t->offset_x, t->offset_y, as_int(t->depth)));
@@ -154,12 +141,10 @@ static inline void tile_store(global uint4 *to, RasterBox box, uint clipped, con
   to[5].x = (uint)(t->first_x | t->first_y << 8 | t->last_x << 16 | t->last_y << 24);
 }
 
-static inline RasterBox tile_load(WindowTriangle *t, uint *clipped, global const uint4 *from)
+static inline RasterBox tile_load(WindowTriangle *t, global const uint4 *from)
 {
   uint4 head = from[0];
-  RasterBox box = {head.z, head.w >> 1, head.x, head.y};
-  *clipped = head.w & 1;
-  if (*clipped) return box;
+  RasterBox box = {head.z, head.w, head.x, head.y};
   int4 v1 = as_int4(from[1]), v2 = as_int4(from[2]), v3 = as_int4(from[3]);
   float4 v4 = as_float4(from[4]);
   int range = as_int(from[5].x);
@@ -173,14 +158,23 @@ static inline RasterBox tile_load(WindowTriangle *t, uint *clipped, global const
   return box;
 }
 
-// Lists a tile, or draws it where the list is full.
-static inline void tile_pass(const MapTriangle *t, const WindowTriangle *in, const Scope *scope, RasterBox box,
-                             uint place, uint room, global uint4 *tiles, global uint *maps)
+// Where tiles go, and what a work-group needs to give them places.
+typedef struct TileList {
+  global uint4 *tiles;
+  uint room;
+  global ulong *counts;
+  local uint *queued;
+  local ulong *first;
+} TileList;
+
+// Lists the tiles that members of a work-group have, or draws them where the list is full; every member calls it.
+static inline void tiles_pass(bool meets, const WindowTriangle *in, RasterBox box, const Scope *scope,
+                              const TileList *list, global uint *maps)
 {
-  if (place < room)
-    tile_store(&tiles[place * RASTER_TILE_VECTORS], box, t->clipped != 0, in);
-  else if (t->clipped)
-    clipped_draw(t, scope, box, maps, true, tile_share(0, 1));
+  uint place = tile_place(meets, list->queued, list->first, list->counts);
+  if (!meets) return;
+  if (place < list->room)
+    tile_store(&list->tiles[place * RASTER_TILE_VECTORS], box, in);
   else
     window_draw(in, box_window(box), box.number, scope, map_of(maps, scope, box.view), true, tile_share(0, 1));
 }
@@ -216,31 +210,45 @@ kernel void depth_small(global const RasterBlock *blocks, global const RasterBou
   window_draw(&in, box_window(box), number, &scope, map_of(maps, &scope, view), true, tile_share(0, 1));
 }
 
+// A triangle that must be clipped goes through the list as the triangles of its fan.
 kernel void depth_split(global const RasterBlock *blocks, constant RasterView *views, global uint *maps,
                         uint first_texel, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
 {
-  local uint queued;
+  local uint queued, clipped;
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
+  TileList list = {tiles, room, BOX_COUNTS, &queued, &first};
   maps += first_texel;
   ulong all = BOX_TILES(BOX_COUNTS[RASTER_BOX_COUNT]);
   uint box_count = (uint)(BOX_COUNTS[RASTER_BOX_COUNT] >> BOX_SHIFT);
   for (ulong begin = get_group_id(0) * GROUP_SIZE; begin < all; begin += get_global_size(0)) {
     ulong at = begin + get_local_id(0);
-    bool meets = false;
-    RasterBox box;
-    MapTriangle t;
+    RasterBox box = {0, 0, 0, 0};
     WindowTriangle in;
+    ClipPolygon polygon;
+    bool meets = false;
+    polygon.count = 0;
+    if (get_local_id(0) == 0) clipped = 0;
+    barrier(CLK_LOCAL_MEM_FENCE);
     if (at < all) {
       box = box_tile(at, boxes, box_starts, box_count);
       Scope scope = {&views[box.view], blocks, &attributes};
-      t = triangle_setup(&scope, box.number);
-      meets = t.clipped || (triangle_window(&in, &t, box_window(box)) && window_meets(&in));
+      MapTriangle t = triangle_setup(&scope, box.number);
+      if (t.clipped) {
+        polygon = depth_clip(scope.view, clip_corner(&t, 0, 0), clip_corner(&t, 1, 0), clip_corner(&t, 2, 0));
+        atomic_or(&clipped, 1u);
+      } else {
+        meets = triangle_window(&in, &t, box_window(box)) && window_meets(&in);
+      }
     }
-    uint place = tile_place(meets, &queued, &first, BOX_COUNTS);
-    if (!meets) continue;
     Scope scope = {&views[box.view], blocks, &attributes};
-    tile_pass(&t, &in, &scope, box, place, room, tiles, maps);
+    tiles_pass(meets, &in, box, &scope, &list, maps);
+    for (uint corner = 2; clipped && corner < CLIP_VERTICES; corner++) {
+      meets = corner < polygon.count && window_fan_triangle(&in, &polygon, corner, scope.view, box_window(box)) &&
+              window_meets(&in);
+      tiles_pass(meets, &in, box, &scope, &list, maps);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
   }
 }
 
@@ -249,15 +257,9 @@ static inline void tile_draw(global const uint4 *from, TileShare share, constant
                              global const RasterBlock *blocks, const AttributeSources *attributes, global uint *maps)
 {
   WindowTriangle in;
-  uint clipped;
-  RasterBox box = tile_load(&in, &clipped, from);
+  RasterBox box = tile_load(&in, from);
   Scope scope = {&views[box.view], blocks, attributes};
-  if (clipped) {
-    MapTriangle t = triangle_setup(&scope, box.number);
-    clipped_draw(&t, &scope, box, maps, false, share);
-  } else {
-    window_draw(&in, box_window(box), box.number, &scope, map_of(maps, &scope, box.view), false, share);
-  }
+  window_draw(&in, box_window(box), box.number, &scope, map_of(maps, &scope, box.view), false, share);
 }
 
 kernel void depth_tiles(global const RasterBlock *blocks, constant RasterView *views, global uint *maps,
