@@ -29,6 +29,7 @@ static inline void triangle_turn(TurnedTriangle *out, const Triangle *t, Vec3L f
   out->kz = kz;
 }
 
+// The edge functions of a triangle at the ray of a sample.
 static inline TriangleEdges sample_edge_functions(ShearedRay *sheared, const CameraRay *ray,
                                                   constant CameraInfo *camera, const Triangle *t,
                                                   TurnedTriangle *turned)
