@@ -58,8 +58,8 @@ static void shipped_scenes_are_shaded_alike(void **state)
   }
 }
 
-// Where no ray is sent shading sets the picture's sums in the first waves and adds to them in those of later samples; by
-// rays the film does. Waves of seven tiles, of which those at the edges are cut.
+// Where no ray is sent shading sets the picture's sums in the first waves and adds to them in those of later samples;
+// by rays the film does. Waves of seven tiles, of which those at the edges are cut.
 static void shading_fills_pictures_as_the_film_does(void **state)
 {
   Camera camera;
