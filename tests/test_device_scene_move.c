@@ -337,9 +337,34 @@ static void what_came_or_went_is_refused(void **state)
   scene_free(&scene);
 }
 
+// Kernels know of a scene what they look at, and are shared by scenes that differ in the rest.
+static void kernels_are_told_what_they_look_at_alone(void **state)
+{
+  static const struct {
+    uint32_t uses;
+    const char *plain, *masked;  // without and with alpha MASK
+  } cases[] = {
+      {READS_SURFACES, "-D HAS_TEXTURES -D HAS_VERTEX_COLORS -D HAS_NORMAL_MAPS ",
+       "-D HAS_TEXTURES -D HAS_VERTEX_COLORS -D HAS_NORMAL_MAPS "},
+      {TESTS_MASKS | TESTS_BLENDS, "", "-D HAS_TEXTURES -D HAS_VERTEX_COLORS -D HAS_MASK "},
+      {TESTS_BLENDS, "", ""},
+      {TESTS_MASKS | SKIPS_SHADOWLESS, "-D HAS_SHADOWLESS ",
+       "-D HAS_TEXTURES -D HAS_VERTEX_COLORS -D HAS_MASK -D HAS_SHADOWLESS "},
+  };
+  DeviceScene scene = {.has_textures = true, .has_colors = true, .has_normal_maps = true, .has_shadowless = true};
+  char options[256];
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+    for (int masks = 0; masks < 2; masks++) {
+      scene.has_masks = masks;
+      device_scene_options(&scene, cases[i].uses, options, sizeof options);
+      assert_string_equal(options, masks ? cases[i].masked : cases[i].plain);
+    }
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(kernels_are_told_what_they_look_at_alone),
       cmocka_unit_test(moved_objects_move_and_no_others),
       cmocka_unit_test(where_nothing_moves_nothing_is_written),
       cmocka_unit_test(a_move_under_rounding_is_none),

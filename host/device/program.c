@@ -84,7 +84,7 @@ static Status source_expand(Expansion *expansion, const char *path, Log *log)
     size_t length = end ? (size_t)(end - line) + 1 : strlen(line);
     char included[64];
     number++;
-    if (sscanf(line, "#include \"%63[^\"]\"", included) == 1) {
+    if (*line == '#' && sscanf(line, "#include \"%63[^\"]\"", included) == 1) {
       TRY(source_expand(expansion, included, log));
       snprintf(marker, sizeof marker, "#line %d \"%s\"\n", number + 1, path);
       TRY(text_append(&expansion->text, marker, strlen(marker), log));

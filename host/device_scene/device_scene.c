@@ -157,12 +157,15 @@ void device_scene_features(DeviceScene *out, const Scene *scene)
   }
 }
 
-void device_scene_options(const DeviceScene *scene, char *out, size_t size)
+void device_scene_options(const DeviceScene *scene, uint32_t uses, char *out, size_t size)
 {
-  snprintf(out, size, "%s%s%s%s%s%s%s", scene->has_textures ? "-D HAS_TEXTURES " : "",
-           scene->has_second_uvs ? "-D HAS_SECOND_UVS " : "", scene->has_colors ? "-D HAS_VERTEX_COLORS " : "",
-           scene->has_masks ? "-D HAS_MASK " : "", scene->has_normal_maps ? "-D HAS_NORMAL_MAPS " : "",
-           scene->has_blends ? "-D HAS_BLEND " : "", scene->has_shadowless ? "-D HAS_SHADOWLESS " : "");
+  const bool masks = scene->has_masks && uses & TESTS_MASKS, blends = scene->has_blends && uses & TESTS_BLENDS;
+  const bool surfaces = uses & READS_SURFACES, samples = surfaces || masks || blends;
+  snprintf(out, size, "%s%s%s%s%s%s%s", samples && scene->has_textures ? "-D HAS_TEXTURES " : "",
+           samples && scene->has_second_uvs ? "-D HAS_SECOND_UVS " : "",
+           samples && scene->has_colors ? "-D HAS_VERTEX_COLORS " : "", masks ? "-D HAS_MASK " : "",
+           surfaces && scene->has_normal_maps ? "-D HAS_NORMAL_MAPS " : "", blends ? "-D HAS_BLEND " : "",
+           scene->has_shadowless && uses & SKIPS_SHADOWLESS ? "-D HAS_SHADOWLESS " : "");
 }
 
 uint32_t object_of_triangle(const uint32_t *object_starts, uint32_t object_count, uint32_t triangle)

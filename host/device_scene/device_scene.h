@@ -66,6 +66,14 @@ uint32_t object_of_triangle(const uint32_t *object_starts, uint32_t object_count
 // device_scene_options tells.
 void device_scene_features(DeviceScene *out, const Scene *scene);
 
-// "-D HAS_TEXTURES ..." for the kernels that read surfaces or test alpha: code for what the scene lacks is not
-// compiled.
-void device_scene_options(const DeviceScene *scene, char *out, size_t size);
+// What kernels do with a scene, as far as code for it is there in scenes alone that have such things.
+typedef enum SceneUse {
+  READS_SURFACES = 1,    // materials with their textures, where a ray hits
+  TESTS_MASKS = 2,       // whether alpha MASK cuts a hit
+  TESTS_BLENDS = 4,      // how much light BLEND lets through
+  SKIPS_SHADOWLESS = 8,  // triangles that cast no shadow
+} SceneUse;
+
+// "-D HAS_TEXTURES ..." for kernels whose uses of the scene (SceneUse, added up) are these: no code is compiled for
+// what the scene lacks, and scenes that differ in what the kernels do not look at share them.
+void device_scene_options(const DeviceScene *scene, uint32_t uses, char *out, size_t size);

@@ -17,7 +17,7 @@ Status film_make(Film *out, Device *device, const DeviceScene *scene, const Came
   TRY(buffer_zero(device, &film.sums, log));
   if (aovs) {
     char options[128];
-    device_scene_options(scene, options, sizeof options);
+    device_scene_options(scene, READS_SURFACES, options, sizeof options);
     TRY(program_build(&film.aov_program, device, "shade/aov.cl", options, log));
     TRY(program_kernel(&film.aov, film.aov_program, "aov", log));
     TRY(buffer_create(&film.aov_values, device, pixels * AOV_VALUE_PLANES * sizeof(float), NULL, "AOVs", log));

@@ -45,7 +45,7 @@ Status near_trace_make(NearTrace *out, Device *device, const DeviceScene *scene,
   NearTrace trace = {0};
   Program *program = NULL;
   char options[128];
-  device_scene_options(scene, options, sizeof options);
+  device_scene_options(scene, TESTS_MASKS, options, sizeof options);
   TRY(program_build(&program, device, "capture/near_trace.cl", options, log));
   TRY(program_kernel(&trace.kernel, program, "near_trace", log));
   TRY(trees_join(&trace, device, trees, nears, cube_count, log));

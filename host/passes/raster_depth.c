@@ -12,7 +12,8 @@ static Status kernels_make(RasterDepth *raster, Device *device, const DeviceScen
   Status status = STATUS_OK;
   Program *program = NULL;
   const bool bins = raster->way == RASTER_WAY_BINS;
-  TRY(raster_program(&program, device, scene, bins ? "raster/depth.cl" : "raster/depth_direct.cl", log));
+  TRY(raster_program(&program, device, scene, bins ? "raster/depth.cl" : "raster/depth_direct.cl",
+                     TESTS_MASKS | SKIPS_SHADOWLESS, log));
   TRY(raster_items_make(&raster->items, program, RASTER_SIGHT_MAP, log));
   if (bins) {
     TRY(program_kernel(&raster->setup, program, "depth_setup", log));

@@ -27,12 +27,13 @@ const char *raster_visibility_path(RasterWay way)
   return way == RASTER_WAY_DIRECT ? "raster/visibility_direct.cl" : "raster/visibility.cl";
 }
 
-Status raster_program(Program **out, Device *device, const DeviceScene *scene, const char *path, Log *log)
+Status raster_program(Program **out, Device *device, const DeviceScene *scene, const char *path, uint32_t uses,
+                      Log *log)
 {
   char surfaces[128] = "", registers[64] = "", options[256];
   const DeviceTraits *traits = device_traits(device);
   program_registers_option(registers, sizeof registers, traits->raster_registers);
-  if (scene->has_masks || scene->has_shadowless) device_scene_options(scene, surfaces, sizeof surfaces);
+  device_scene_options(scene, uses, surfaces, sizeof surfaces);
   snprintf(options, sizeof options, "%s%s-D GROUP_SIZE=%u", registers, surfaces, traits->group_size);
   return program_build(out, device, path, options, log);
 }
@@ -47,7 +48,7 @@ Status raster_scene_make(RasterScene *out, Device *device, const DeviceScene *sc
   RasterScene made = {.triangle_count = triangles,
                       .chunk_count = (triangles + RASTER_CHUNK - 1) / RASTER_CHUNK,
                       .has_shadowless = scene->has_shadowless};
-  TRY(raster_program(&program, device, scene, raster_visibility_path(raster_way(options, device)), log));
+  TRY(raster_program(&program, device, scene, raster_visibility_path(raster_way(options, device)), TESTS_MASKS, log));
   TRY(program_kernel(&kernel, program, "triangle_pack", log));
   size_t blocks = (size_t)made.chunk_count * RASTER_CHUNK_BLOCKS;
   TRY(buffer_create(&made.blocks, device, blocks * sizeof(RasterBlock), NULL, "triangles to raster", log));

@@ -31,8 +31,9 @@ RasterWay raster_way(const RasterOptions *options, const Device *device);
 // Chunks (times views) that a pass has at most.
 uint32_t raster_pass_chunks(const RasterOptions *options, const Device *device, RasterWay way);
 
-// Builds a program of cl/raster. It knows of the scene's surfaces only where alpha MASK makes it read them.
-Status raster_program(Program **out, Device *device, const DeviceScene *scene, const char *path, Log *log);
+// Builds a program of cl/raster that makes such `uses` of the scene (SceneUse).
+Status raster_program(Program **out, Device *device, const DeviceScene *scene, const char *path, uint32_t uses,
+                      Log *log);
 
 // That of camera visibility and of triangle_pack.
 const char *raster_visibility_path(RasterWay way);

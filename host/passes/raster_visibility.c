@@ -19,7 +19,7 @@ static Status kernels_make(RasterVisibility *raster, Device *device, const Devic
 {
   Status status = STATUS_OK;
   Program *program = NULL;
-  TRY(raster_program(&program, device, scene, raster_visibility_path(raster->way), log));
+  TRY(raster_program(&program, device, scene, raster_visibility_path(raster->way), TESTS_MASKS, log));
   TRY(raster_items_make(&raster->items, program, RASTER_SIGHT_CAMERA, log));
   if (raster->way == RASTER_WAY_BINS) {
     TRY(program_kernel(&raster->setup, program, "visibility_setup", log));

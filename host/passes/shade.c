@@ -40,12 +40,13 @@ Status shader_make(Shader *out, Device *device, const DeviceScene *scene, const 
   Status status = STATUS_OK;
   Shader shader = {0};
   char options[512];
-  device_scene_options(scene, options, sizeof options);
+  const bool judges = plan_uses_shadows(plan, SHADOW_SET(SHADOWS_HYBRID));
+  device_scene_options(scene, READS_SURFACES | TESTS_BLENDS | (judges ? TESTS_MASKS : 0), options, sizeof options);
   if (plan->lobes) strcat(options, "-D HAS_LOBES ");
   if (plan->rough_by_maps) strcat(options, "-D HAS_ROUGH_MAPS ");
   if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_AREA))) strcat(options, "-D HAS_AREA_LIGHTS ");
   if (plan_uses_shadows(plan, SHADOW_SET_LOOKED_UP)) strcat(options, "-D HAS_SHADOW_MAPS ");
-  if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_HYBRID))) strcat(options, "-D HAS_SURE_MAPS ");
+  if (judges) strcat(options, "-D HAS_SURE_MAPS ");
   if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_PCSS))) strcat(options, "-D HAS_DISC ");
   if (plan->receivers) strcat(options, "-D HAS_RECEIVERS ");
   if (plan->environment_light == ENVIRONMENT_LIGHT_SH_AO) strcat(options, "-D HAS_OCCLUSION_RAYS ");

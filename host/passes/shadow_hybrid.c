@@ -12,7 +12,7 @@ static Status kernels_make(ShadowHybrid *hybrid, Device *device, const DeviceSce
   Status status = STATUS_OK;
   Program *judge = NULL, *mark = NULL;
   char options[128];
-  device_scene_options(scene, options, sizeof options);
+  device_scene_options(scene, TESTS_MASKS | TESTS_BLENDS, options, sizeof options);
   TRY(program_build(&judge, device, "rays/shadow_hybrid.cl", options, log));
   TRY(program_kernel(&hybrid->judge, judge, "shadow_hybrid", log));
   TRY(program_build(&mark, device, "rays/shadow_mark.cl", "", log));

@@ -7,7 +7,7 @@ Status tracer_make(Tracer *out, Device *device, const DeviceScene *scene, Log *l
   Status status = STATUS_OK;
   Tracer tracer = {0};
   char options[128];
-  device_scene_options(scene, options, sizeof options);
+  device_scene_options(scene, TESTS_MASKS | TESTS_BLENDS | SKIPS_SHADOWLESS, options, sizeof options);
   TRY(program_build(&tracer.packet_program, device, "rays/trace_packet.cl", options, log));
   TRY(program_kernel(&tracer.packet_closest, tracer.packet_program, "trace_closest", log));
   TRY(program_kernel(&tracer.packet_any, tracer.packet_program, "trace_any", log));
