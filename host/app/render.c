@@ -50,12 +50,15 @@ static void structure_known(void *context, const Scene *scene)
   Run *run = context;
   EnvironmentChoice environment = run->options.environment.choice;
   PictureArea area = render_area(&run->options);
-  SceneFacts facts = {.light_count = scene->light_count,
-                      .triangle_count = scene_triangle_count(scene),
-                      .pixel_count = (uint64_t)area.width * area.height,
-                      .has_mirrors = true,
-                      .environment_lights =
-                          environment == ENVIRONMENT_UNSET ? scene->light_count == 0 : environment != ENVIRONMENT_NONE};
+  const bool unlit = environment == ENVIRONMENT_UNSET && scene->light_count == 0;
+  const bool has_sun = unlit && run->options.key_light;  // scene_add_default_lighting
+  SceneFacts facts = {
+      .light_count = scene->light_count + has_sun,
+      .triangle_count = scene_triangle_count(scene),
+      .pixel_count = (uint64_t)area.width * area.height,
+      .has_mirrors = true,
+      .environment_lights = unlit || (environment != ENVIRONMENT_UNSET && environment != ENVIRONMENT_NONE)};
+  facts.lights_by_kind[LIGHT_DIRECTIONAL] += has_sun;
   for (uint32_t i = 0; i < scene->light_count && scene->lights; i++) facts.lights_by_kind[scene->lights[i].kind]++;
   RenderSettings settings = run->options.settings;
   uint8_t *light_shadows = NULL;
