@@ -1,6 +1,9 @@
 #include "render/reflector_shape.h"
 
 #include <math.h>
+#include <stdlib.h>
+
+#include "base/loop_clones.h"
 
 // Share of an object's size by which a vertex may lie above a plane, and what unit normals may be off.
 static const double rounding = 1e-5;
@@ -16,20 +19,13 @@ typedef struct Reach {
   double above, below;
 } Reach;
 
-static Reach mesh_reach(const Mesh *mesh, Vec3 normal, double offset)
-{
-  Reach reach = {0};
-  for (uint32_t p = 0; p < mesh->primitive_count; p++) {
-    const Primitive *primitive = &mesh->primitives[p];
-    for (uint32_t v = 0; v < primitive->vertex_count; v++) {
-      const float *at = primitive->positions[v];
-      double height = normal.x * (double)at[0] + normal.y * (double)at[1] + normal.z * (double)at[2] - offset;
-      reach.above = fmax(reach.above, height);
-      reach.below = fmax(reach.below, -height);
-    }
-  }
-  return reach;
-}
+enum { STEP = 8 };  // vertices at a time
+
+// Vertices by coordinate; the last one fills what is left of a whole number of steps.
+typedef struct Vertices {
+  double *x, *y, *z;
+  size_t count;
+} Vertices;
 
 static double mesh_tests(const Mesh *mesh)
 {
@@ -41,23 +37,73 @@ static double mesh_tests(const Mesh *mesh)
   return triangles * vertices;
 }
 
+static void vertex_put(Vertices *to, size_t at, double x, double y, double z)
+{
+  to->x[at] = x;
+  to->y[at] = y;
+  to->z[at] = z;
+}
+
+// False where there is no memory, or no vertex. Free `x`.
+static bool vertices_collect(Vertices *out, const Mesh *mesh)
+{
+  size_t count = 0, at = 0;
+  for (uint32_t p = 0; p < mesh->primitive_count; p++) count += mesh->primitives[p].vertex_count;
+  count = (count + STEP - 1) / STEP * STEP;
+  double *x = count ? malloc(3 * count * sizeof *x) : NULL;
+  if (!x) return false;
+  *out = (Vertices){x, x + count, x + 2 * count, count};
+  for (uint32_t p = 0; p < mesh->primitive_count; p++) {
+    const Primitive *primitive = &mesh->primitives[p];
+    for (uint32_t v = 0; v < primitive->vertex_count; v++) {
+      const float *from = primitive->positions[v];
+      vertex_put(out, at++, (double)from[0], (double)from[1], (double)from[2]);
+    }
+  }
+  for (; at < count; at++) vertex_put(out, at, out->x[at - 1], out->y[at - 1], out->z[at - 1]);
+  return true;
+}
+
+LOOP_CLONES static Reach vertices_reach(const Vertices *of, Vec3 normal, double offset)
+{
+  Reach reach = {0};
+  double high[STEP] = {0}, low[STEP] = {0};
+  for (size_t i = 0; i < of->count; i += STEP) {
+    const double *x = of->x + i, *y = of->y + i, *z = of->z + i;
+    for (int k = 0; k < STEP; k++) {
+      double height = normal.x * x[k] + normal.y * y[k] + normal.z * z[k] - offset;
+      high[k] = height > high[k] ? height : high[k];
+      low[k] = height < low[k] ? height : low[k];
+    }
+  }
+  for (int k = 0; k < STEP; k++) reach = (Reach){fmax(reach.above, high[k]), fmax(reach.below, -low[k])};
+  return reach;
+}
+
+static bool primitive_is_outermost(const Primitive *primitive, const Vertices *vertices, bool double_sided)
+{
+  for (uint32_t i = 0; i < primitive->triangle_count; i++) {
+    Vec3 a = corner(primitive, i, 0), b = vec3_sub(corner(primitive, i, 1), a),
+         c = vec3_sub(corner(primitive, i, 2), a);
+    Vec3 normal = vec3_unit_or(vec3_cross(b, c), vec3(0, 0, 0));
+    Reach reach = vertices_reach(vertices, normal, vec3_dot(normal, a));
+    double size = fmax(reach.below, fmax(vec3_length(b), vec3_length(c)));
+    if (reach.above > rounding * size || (double_sided && reach.below > rounding * size)) return false;
+  }
+  return true;
+}
+
 bool object_is_convex(const Scene *scene, uint32_t object)
 {
   const Mesh *mesh = &scene->meshes[scene->objects[object].mesh];
-  if (mesh_tests(mesh) > CONVEX_TESTS_MOST) return false;
-  for (uint32_t p = 0; p < mesh->primitive_count; p++) {
-    const Primitive *primitive = &mesh->primitives[p];
-    const bool double_sided = scene->materials[primitive->material].double_sided;
-    for (uint32_t i = 0; i < primitive->triangle_count; i++) {
-      Vec3 a = corner(primitive, i, 0), b = vec3_sub(corner(primitive, i, 1), a),
-           c = vec3_sub(corner(primitive, i, 2), a);
-      Vec3 normal = vec3_unit_or(vec3_cross(b, c), vec3(0, 0, 0));
-      Reach reach = mesh_reach(mesh, normal, vec3_dot(normal, a));
-      double size = fmax(reach.below, fmax(vec3_length(b), vec3_length(c)));
-      if (reach.above > rounding * size || (double_sided && reach.below > rounding * size)) return false;
-    }
-  }
-  return true;
+  Vertices vertices;
+  if (mesh_tests(mesh) > CONVEX_TESTS_MOST || !vertices_collect(&vertices, mesh)) return false;
+  bool is_convex = true;
+  for (uint32_t p = 0; p < mesh->primitive_count && is_convex; p++)
+    is_convex = primitive_is_outermost(&mesh->primitives[p], &vertices,
+                                       scene->materials[mesh->primitives[p].material].double_sided);
+  free(vertices.x);
+  return is_convex;
 }
 
 bool plane_of_triangle(MirrorPlane *out, const Scene *scene, uint32_t object, const Primitive *primitive,

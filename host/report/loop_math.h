@@ -5,13 +5,8 @@
 #include <stdint.h>
 #include <string.h>
 
-// Loops of these files are compiled for what the processor has. On others, and where a checker instruments start-up
-// code, the compiler's baseline has to do.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define LOOP_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define LOOP_CLONES
-#endif
+#include "base/loop_clones.h"
+
 #define LOOP_INLINE static inline __attribute__((always_inline))
 
 // A float's bits, and back.
