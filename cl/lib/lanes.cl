@@ -194,14 +194,6 @@ static inline float greatest_float8(float8 v)
 
 static inline float greatest_float16(float16 v) { return greatest_float8(v.lo > v.hi ? v.lo : v.hi); }
 
-static inline float sum_float16(float16 v)
-{
-  float8 eight = v.lo + v.hi;
-  float4 four = eight.lo + eight.hi;
-  float2 two = four.lo + four.hi;
-  return two.x + two.y;
-}
-
 static inline UintL min_uint(UintL a, UintL b) { return a < b ? a : b; }
 static inline UintL max_uint(UintL a, UintL b) { return a > b ? a : b; }
 

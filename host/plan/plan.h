@@ -115,7 +115,7 @@ typedef struct RenderSettings {
   const uint8_t *light_shadows;  // [light_count] of ShadowMethod, the caller's, for as long as plans; NULL: `shadows`
   uint32_t allowed_shadows;      // set of methods: a light gets no others (shadow_method_within); 0: all
   ShadowOptions shadow_options;
-  ReflectionMethod reflections;       // LIKE_FIRST: NONE
+  ReflectionMethod reflections;       // REFLECTIONS_LIKE_FIRST: none
   ReflectionMethod deep_reflections;  // of bounces after the first
   CubeOptions cubes;
   MethodsChoice methods;
@@ -153,7 +153,7 @@ typedef struct Plan {
   uint32_t hybrid_kinds;                           // bit k: for lights of kind k AUTO means HYBRID; for others RAYS
   ShadowCost shadow_costs[SHADOW_LIGHT_KINDS];     // of one light of the kind
   bool reflected_rays;                             // something that reflects is there and reflections are asked for
-  ReflectionMethod reflections, deep_reflections;  // both NONE without reflected rays; never LIKE_FIRST
+  ReflectionMethod reflections, deep_reflections;  // both NONE without reflected rays; none is ..._LIKE_FIRST
   CubeOptions cubes;
   bool lobes;             // surfaces send samples along their lobes: rough reflections, or sampled environment light
   bool receivers;         // shadow rays tell what triangle they start on

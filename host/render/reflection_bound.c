@@ -6,7 +6,7 @@
 
 #include "plan/cube_error.h"
 #include "render/list_bound.h"
-#include "render/reflectors.h"
+#include "render/reflector_cube.h"
 #include "render/rough_bound.h"
 #include "shared/stream.h"
 

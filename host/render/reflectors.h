@@ -4,7 +4,7 @@
 #include "render/frame.h"
 #include "render/mirrors_seen.h"
 
-enum { CUBE_LEAST_PX = 32, CUBE_MOST_PX = 512, CUBES_MOST = 256, CUBES_MOST_BYTES = 512000000 };
+enum { CUBES_MOST = 256, CUBES_MOST_BYTES = 512000000 };
 
 // Makes what the plan's reflections look up, once everything else of the frame is there.
 //
@@ -34,10 +34,3 @@ enum { CUBE_LEAST_PX = 32, CUBE_MOST_PX = 512, CUBES_MOST = 256, CUBES_MOST_BYTE
 //
 // Errors: those of rendering; STATUS_NO_MEMORY.
 Status reflectors_prepare(Frame *frame, Log *log);
-
-// The cube that an object has which covers so many of the picture's pixels; first_texel is 0.
-CubeInfo reflector_cube(const Frame *frame, uint32_t object, double pixels);
-
-// The same for an object of which rough surfaces alone are seen, of whose pixels each is `factor` of the picture's
-// wide.
-CubeInfo reflector_rough_cube(const Frame *frame, const Reflector *reflector, uint32_t factor);

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "plan/cube_error.h"
-#include "render/reflectors.h"
+#include "render/reflector_cube.h"
 #include "shared/stream.h"
 
 static const double threshold = 2.0 / 255;

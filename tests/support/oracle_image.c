@@ -132,14 +132,6 @@ static Vec3 radiance_along(const Tracer *tracer, const OracleRay *ray, Vec3 thro
   return vec3_add(vec3_scale(sum, alpha), vec3_scale(behind, 1 - alpha));
 }
 
-Vec3 oracle_radiance(OracleScene *scene, const OracleRay *ray, const OracleOptions *options, double *margin)
-{
-  Tracer tracer = tracer_make(scene, options);
-  Vec3 radiance = radiance_along(&tracer, ray, vec3(1, 1, 1), 0, margin);
-  oracle_dome_free(&tracer.dome);
-  return radiance;
-}
-
 typedef struct Picture {
   Tracer tracer;
   const Camera *camera;

@@ -32,6 +32,3 @@ bool oracle_image_stable(const OracleImage *image, uint32_t x, uint32_t y);
 // it below the geometric plane. Sets scene->coverage to that of oracle_surface.h. Runs on all cores.
 OracleImage oracle_image_render(OracleScene *scene, const Camera *camera, const OracleOptions *options);
 void oracle_image_free(OracleImage *image);
-
-// Radiance along one ray of the same image. Lowers *margin.
-Vec3 oracle_radiance(OracleScene *scene, const OracleRay *ray, const OracleOptions *options, double *margin);

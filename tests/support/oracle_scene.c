@@ -107,22 +107,6 @@ OracleScene oracle_scene_from_model(const Scene *model)
   return scene;
 }
 
-OracleScene oracle_scene_from_triangles(const float (*positions)[3], const uint32_t (*triangles)[3],
-                                        const uint32_t *flags, uint32_t triangle_count)
-{
-  OracleScene scene = scene_make(triangle_count);
-  for (uint32_t i = 0; i < triangle_count; i++) {
-    scene.triangles[i].index = i;
-    scene.triangles[i].flags = flags ? flags[i] : 0;
-    for (int corner = 0; corner < 3; corner++) {
-      scene.triangles[i].corners[corner] = triangles[i][corner];
-      vertex_set(&scene, i, corner, vec3_from_floats(positions[triangles[i][corner]]));
-    }
-  }
-  lengths_measure(&scene);
-  return scene;
-}
-
 void oracle_scene_free(OracleScene *scene)
 {
   free(scene->triangles);

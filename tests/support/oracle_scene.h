@@ -47,10 +47,6 @@ struct OracleScene {
 // positions are rounded to float, as a device gets them. Ends the program where memory runs out. Set `coverage` (see
 // oracle_surface.h) for a model with alpha.
 OracleScene oracle_scene_from_model(const Scene *model);
-
-// The same from arrays; `flags` may be NULL.
-OracleScene oracle_scene_from_triangles(const float (*positions)[3], const uint32_t (*triangles)[3],
-                                        const uint32_t *flags, uint32_t triangle_count);
 void oracle_scene_free(OracleScene *scene);
 
 // World position of a corner (0..2).

@@ -379,10 +379,3 @@ OracleVerdict oracle_judge(const OracleScene *scene, const OracleRay *ray, const
   free(list.items);
   return verdict;
 }
-
-bool oracle_lit_unsure(const OracleScene *scene, const OracleRay *ray, double rounding)
-{
-  double margin = ORACLE_MARGIN_MAX;
-  oracle_lit(scene, ray, &margin);
-  return margin <= rounding;
-}

@@ -58,6 +58,3 @@ typedef enum OracleVerdict {
 // triangle, t, u and v; `truth` is oracle_closest's answer.
 OracleVerdict oracle_judge(const OracleScene *scene, const OracleRay *ray, const OracleHit *truth,
                            const OracleHit *claim, double rounding);
-
-// Could an arithmetic of that relative error find the segment blocked (or open), against oracle_lit's verdict?
-bool oracle_lit_unsure(const OracleScene *scene, const OracleRay *ray, double rounding);
