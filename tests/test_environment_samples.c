@@ -1,9 +1,5 @@
 // Where surfaces look for the environment's light, and what they expect to find there: the directions that
 // cl/shade/shade.cl chooses, against the densities that it says they have and integrals of the published formulas.
-//
-// Histograms are judged by Pearson's chi-square test: z is the statistic as a standard normal variable (Wilson,
-// Hilferty, "The Distribution of Chi-square", 1931). Beyond 4.5 either way is a chance of 1 in 100 000.
-
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -13,6 +9,7 @@
 #include <cmocka.h>
 
 #include "scene/scene_build.h"
+#include "support/histogram.h"
 #include "support/oracle_environment.h"
 #include "support/shade_lab.h"
 
@@ -138,67 +135,6 @@ static uint32_t samples_of(int kind, uint32_t launches)
   return count * (RAYS / 16) * launches;
 }
 
-// ---- histograms -----------------------------------------------------------------------------------------------------
-
-// Cells of the hemisphere about a surface's normal, all of the same solid angle.
-enum { ROWS = 12, COLUMNS = 24, CELLS = ROWS * COLUMNS, FINE = 24 };
-
-typedef struct Histogram {
-  double got[CELLS], expected[CELLS];
-} Histogram;
-
-static uint32_t cell_of(Vec3 direction)
-{
-  int row = (int)(fabs(direction.y) * ROWS),
-      column = (int)((atan2(direction.z, direction.x) / (2 * M_PI) + 0.5) * COLUMNS);
-  return (uint32_t)((row < ROWS ? row : ROWS - 1) * COLUMNS + (column < COLUMNS ? column : COLUMNS - 1));
-}
-
-// Direction of a point of a cell; `fine` counts FINE x FINE of them.
-static Vec3 cell_direction(int cell, int fine, double up)
-{
-  double y = (cell / COLUMNS + (fine / FINE + 0.5) / FINE) / ROWS;
-  double phi = 2 * M_PI * ((cell % COLUMNS + (fine % FINE + 0.5) / FINE) / COLUMNS - 0.5), ring = sqrt(1 - y * y);
-  return vec3(ring * cos(phi), up * y, ring * sin(phi));
-}
-
-typedef double (*Density)(const void *context, int kind, Vec3 direction);
-
-static void expected_fill(Histogram *histogram, Density density, const void *context, int kind, double samples)
-{
-  for (int cell = 0; cell < CELLS; cell++) {
-    double sum = 0;
-    for (int fine = 0; fine < FINE * FINE; fine++)
-      sum += density(context, kind, cell_direction(cell, fine, up_of(kind)));
-    histogram->expected[cell] = samples * sum / (FINE * FINE) * 2 * M_PI / CELLS;
-  }
-}
-
-// Cells that expect fewer than 10 are taken together.
-static double chi_square_z(const Histogram *histogram)
-{
-  double sum = 0, got_rest = 0, expected_rest = 0;
-  int cells = 0;
-  for (int cell = 0; cell < CELLS; cell++) {
-    double got = histogram->got[cell], expected = histogram->expected[cell];
-    if (expected < 10) {
-      got_rest += got;
-      expected_rest += expected;
-      continue;
-    }
-    sum += (got - expected) * (got - expected) / expected;
-    cells++;
-  }
-  if (expected_rest > 10) {
-    sum += (got_rest - expected_rest) * (got_rest - expected_rest) / expected_rest;
-    cells++;
-  } else if (got_rest > expected_rest + 25) {
-    return INFINITY;
-  }
-  double k = cells;
-  return (cbrt(sum / k) - (1 - 2 / (9 * k))) / sqrt(2 / (9 * k));
-}
-
 // ---- densities ------------------------------------------------------------------------------------------------------
 
 static double luminance(Vec3 c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
@@ -252,8 +188,8 @@ static double lobe_density(const void *context, int kind, Vec3 direction)
 
 static void histogram_check(const char *what, int kind, const Histogram *histogram)
 {
-  double z = chi_square_z(histogram), sum = 0;
-  for (int cell = 0; cell < CELLS; cell++) sum += histogram->got[cell];
+  double z = histogram_chi_square_z(histogram), sum = 0;
+  for (int cell = 0; cell < HISTOGRAM_CELLS; cell++) sum += histogram->got[cell];
   print_message("%s, roughness %g, n.v %g: %.0f samples, z = %.2f\n", what, roughness_of(kind), cosine_of(kind), sum,
                 z);
   if (!(fabs(z) < 4.5)) fail_msg("%s: not the density that was said: z = %g", what, z);
@@ -281,7 +217,7 @@ static void lobes_count(Counted *counted, ShadeLab *lab)
     }
     assert_true(kind >= LOBES);
     assert_true(fabs(vec3_length(direction) - 1) < 1e-5);
-    counted->lobes[kind].got[cell_of(direction)]++;
+    counted->lobes[kind].got[histogram_cell(direction)]++;
     double share = rays[i].density / lobe_density(NULL, kind, direction), *known = &counted->to_specular[kind];
     if (*known == 0) *known = share;
     if (!(fabs(share / *known - 1) < 1e-3))
@@ -296,13 +232,13 @@ static void environment_rays_count(Counted *counted, ShadeLab *lab)
   for (uint32_t i = 0; i < lab->counts[STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_RAYS_IMAGE]; i++) {
     int kind = class_of(lab, &rays[i]);
     assert_true(fabs(vec3_length(direction_of(&rays[i])) - 1) < 1e-5);
-    if (kind <= FACES_DOWN) counted->image[kind].got[cell_of(direction_of(&rays[i]))]++;
+    if (kind <= FACES_DOWN) counted->image[kind].got[histogram_cell(direction_of(&rays[i]))]++;
   }
   free(rays);
   rays = lab_environment_rays(lab, ENVIRONMENT_RAYS_LOBE);
   for (uint32_t i = 0; i < lab->counts[STREAM_COUNT_ENVIRONMENT + ENVIRONMENT_RAYS_LOBE]; i++) {
     assert_true(fabs(vec3_length(direction_of(&rays[i])) - 1) < 1e-5);
-    if (class_of(lab, &rays[i]) == IS_MIRROR) counted->cosine.got[cell_of(direction_of(&rays[i]))]++;
+    if (class_of(lab, &rays[i]) == IS_MIRROR) counted->cosine.got[histogram_cell(direction_of(&rays[i]))]++;
   }
   free(rays);
 }
@@ -319,8 +255,8 @@ static void shares_check(const Counted *counted, uint32_t launches)
   for (int kind = LOBES; kind < CLASSES; kind++) {
     Histogram above = {0};
     double samples = samples_of(kind, launches), expected = 0, got = 0;
-    expected_fill(&above, lobe_density, NULL, kind, samples * counted->to_specular[kind]);
-    for (int cell = 0; cell < CELLS; cell++) {
+    histogram_expect(&above, lobe_density, NULL, kind, up_of(kind), samples * counted->to_specular[kind]);
+    for (int cell = 0; cell < HISTOGRAM_CELLS; cell++) {
       expected += above.expected[cell];
       got += counted->lobes[kind].got[cell];
     }
@@ -343,14 +279,15 @@ static void directions_check(uint32_t lanes, uint32_t launches)
   print_message("LANES %u:\n", lanes);
   ImageDensity image = image_density_make(&scene.environment);
   for (int kind = FACES_UP; kind <= FACES_DOWN; kind++) {
-    expected_fill(&counted->image[kind], image_density, &image, kind, samples_of(kind, launches));
+    histogram_expect(&counted->image[kind], image_density, &image, kind, up_of(kind), samples_of(kind, launches));
     histogram_check("by the image", kind, &counted->image[kind]);
   }
-  expected_fill(&counted->cosine, seen_cosine_density, &image, IS_MIRROR, samples_of(IS_MIRROR, launches));
+  histogram_expect(&counted->cosine, seen_cosine_density, &image, IS_MIRROR, up_of(IS_MIRROR),
+                   samples_of(IS_MIRROR, launches));
   histogram_check("by the cosine", IS_MIRROR, &counted->cosine);
   for (int kind = LOBES; kind < CLASSES; kind++) {
-    expected_fill(&counted->lobes[kind], lobe_density, NULL, kind,
-                  samples_of(kind, launches) * counted->to_specular[kind]);
+    histogram_expect(&counted->lobes[kind], lobe_density, NULL, kind, up_of(kind),
+                     samples_of(kind, launches) * counted->to_specular[kind]);
     histogram_check("by the lobe", kind, &counted->lobes[kind]);
   }
   shares_check(counted, launches);
@@ -374,7 +311,7 @@ static void few_pixels_check(uint32_t width, uint32_t height)
   }
   ImageDensity image = image_density_make(&scene.environment);
   for (int kind = FACES_UP; kind <= FACES_DOWN; kind++) {
-    expected_fill(&counted->image[kind], image_density, &image, kind, samples_of(kind, FEW_LAUNCHES));
+    histogram_expect(&counted->image[kind], image_density, &image, kind, up_of(kind), samples_of(kind, FEW_LAUNCHES));
     histogram_check("by few pixels", kind, &counted->image[kind]);
   }
   free(counted);

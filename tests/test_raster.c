@@ -17,30 +17,6 @@
 #include "support/oracle_scene.h"
 #include "support/raster_fixture.h"
 
-// Checks one view of a soup, at 1 and 4 samples, and frees the soup. Returns how many samples hit at 1.
-static uint32_t soup_check(const char *what, Soup *soup, const Camera *camera, uint32_t width, uint32_t height)
-{
-  RasterFixture fixture;
-  raster_fixture_of_soup(&fixture, soup);
-  RasterShot shot = raster_shot(camera, width, height, 1);
-  RasterHits hits = raster_assert_same(&fixture, &shot, what);
-  uint32_t count = raster_hits_count(&hits);
-  raster_hits_free(&hits);
-  shot.samples = 4;
-  hits = raster_assert_same(&fixture, &shot, what);
-  raster_hits_free(&hits);
-  raster_fixture_free(&fixture);
-  return count;
-}
-
-static Camera camera_at(Vec3 eye, Vec3 target, double yfov_rad)
-{
-  Camera camera = camera_perspective(eye, target, yfov_rad);
-  camera.znear_m = 0.01;
-  camera.zfar_m = INFINITY;
-  return camera;
-}
-
 // Six faces about a point, of which every other one is mirrored.
 static void cube_views(RasterShot *shot, uint32_t size)
 {
@@ -67,7 +43,7 @@ static void cube_views(RasterShot *shot, uint32_t size)
 static void views_of_a_table_are_seen_as_rays_see_them(void **state)
 {
   RasterFixture fixture;
-  Camera camera = camera_at(vec3(0, 0, 0), vec3(0, 0, -1), 1);
+  Camera camera = raster_camera(vec3(0, 0, 0), vec3(0, 0, -1), 1);
   RasterShot shot = raster_shot(&camera, 8, 8, 1);
   const RasterOptions narrow = {.pass_chunks = 7, .pass_tiles = 40};
   Soup soup = {0};
@@ -98,7 +74,7 @@ static void hidden_triangles_are_not_seen(void **state)
 {
   enum { ALL = 3000, LEFT = 2100 };
   RasterFixture all, left;
-  Camera camera = camera_at(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
+  Camera camera = raster_camera(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
   RasterShot shot = raster_shot(&camera, 120, 90, 1);
   Soup soup = {0};
   soup_random(&soup, ALL, 1, 0.2f, 9);
@@ -126,28 +102,28 @@ static void hidden_triangles_are_not_seen(void **state)
 static void soups_are_seen_as_rays_see_them(void **state)
 {
   static const float center[3] = {0.3f, -0.2f, 0.1f};
-  Camera camera = camera_at(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
+  Camera camera = raster_camera(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
   Soup soup = {0};
   soup_random(&soup, 3000, 1, 0.2f, 1);
   for (uint32_t i = 0; i < soup.triangle_count; i++) soup.flags[i] = i / 50 % 4;
-  assert_true(soup_check("random, single-sided and masked", &soup, &camera, 150, 100) > 3000);
+  assert_true(raster_check_soup("random, single-sided and masked", &soup, &camera, 150, 100) > 3000);
   soup_random(&soup, 30000, 1.5f, 0.01f, 2);
-  assert_true(soup_check("small", &soup, &camera, 150, 100) > 500);
+  assert_true(raster_check_soup("small", &soup, &camera, 150, 100) > 500);
   soup_sphere(&soup, 40, 1, center, 0.2f);
-  assert_true(soup_check("sphere", &soup, &camera, 150, 100) > 1500);
+  assert_true(raster_check_soup("sphere", &soup, &camera, 150, 100) > 1500);
   soup_slivers(&soup, 20000, 3);
-  assert_true(soup_check("slivers", &soup, &camera, 150, 100) > 500);
+  assert_true(raster_check_soup("slivers", &soup, &camera, 150, 100) > 500);
   soup_axis(&soup, 3);
-  assert_true(soup_check("axis-aligned", &soup, &camera, 150, 100) > 1000);
+  assert_true(raster_check_soup("axis-aligned", &soup, &camera, 150, 100) > 1000);
 }
 
 // Coplanar triangles tie in depth: the lower id wins, in whatever order they are drawn.
 static void coplanar_triangles_have_the_same_winner(void **state)
 {
-  Camera camera = camera_at(vec3(0.1, 0.2, 4), vec3(0, 0, 1.5), 0.7);
+  Camera camera = raster_camera(vec3(0.1, 0.2, 4), vec3(0, 0, 1.5), 0.7);
   Soup soup = {0};
   soup_coplanar(&soup, 400, 1.5f, 5);
-  assert_true(soup_check("coplanar", &soup, &camera, 120, 80) > 1000);
+  assert_true(raster_check_soup("coplanar", &soup, &camera, 120, 80) > 1000);
 }
 
 // Every sample within a fan of triangles is covered: none is lost between two of them, at their common edges and
@@ -190,34 +166,34 @@ static void fan_covers_every_sample(void **state)
 static void camera_within_a_mesh_sees_no_crack(void **state)
 {
   static const float center[3] = {0, 0, 0};
-  Camera camera = camera_at(vec3(0.2, 0.1, -0.1), vec3(1, 0.5, 0.3), 1.9);
+  Camera camera = raster_camera(vec3(0.2, 0.1, -0.1), vec3(1, 0.5, 0.3), 1.9);
   Soup soup = {0};
   soup_sphere(&soup, 30, 1, center, 0.3f);
-  assert_int_equal(soup_check("inside a sphere", &soup, &camera, 160, 120), 160 * 120);
+  assert_int_equal(raster_check_soup("inside a sphere", &soup, &camera, 160, 120), 160 * 120);
   static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
   soup_grid(&soup, 20, low, high);
-  assert_int_equal(soup_check("inside a box", &soup, &camera, 160, 120), 160 * 120);
+  assert_int_equal(raster_check_soup("inside a box", &soup, &camera, 160, 120), 160 * 120);
 }
 
 // The near plane cuts triangles; what is before it is not there.
 static void near_plane_through_a_mesh_cuts_it(void **state)
 {
   static const float center[3] = {0, 0, 0};
-  Camera camera = camera_at(vec3(0, 0, 1.2), vec3(0, 0, 0), 1.2);
+  Camera camera = raster_camera(vec3(0, 0, 1.2), vec3(0, 0, 0), 1.2);
   Soup soup = {0};
   camera.znear_m = 0.5;
   soup_sphere(&soup, 25, 1, center, 0.2f);
   soup_random(&soup, 500, 1, 0.6f, 3);
-  assert_true(soup_check("near plane", &soup, &camera, 150, 110) > 8000);
+  assert_true(raster_check_soup("near plane", &soup, &camera, 150, 110) > 8000);
   camera.znear_m = 1.3;
   camera.zfar_m = 1.9;
   soup_sphere(&soup, 25, 1, center, 0.2f);
-  assert_true(soup_check("between near and far", &soup, &camera, 150, 110) > 200);
+  assert_true(raster_check_soup("between near and far", &soup, &camera, 150, 110) > 200);
 }
 
 static void triangles_of_any_size_and_place_are_drawn_right(void **state)
 {
-  Camera camera = camera_at(vec3(0, 1, 0), vec3(0.3, 0.7, -1), 1);
+  Camera camera = raster_camera(vec3(0, 1, 0), vec3(0.3, 0.7, -1), 1);
   Soup soup = {0};
   // A floor to the horizon whose corners are behind the eye, beside it and far out, and one as large overhead.
   for (int i = 0; i < 2; i++) {
@@ -227,16 +203,16 @@ static void triangles_of_any_size_and_place_are_drawn_right(void **state)
     soup_triangle(&soup, a, b, c);
     soup_triangle(&soup, a, c, d);
   }
-  assert_true(soup_check("floor and sky", &soup, &camera, 160, 120) > 160 * 110);
+  assert_true(raster_check_soup("floor and sky", &soup, &camera, 160, 120) > 160 * 110);
 
   // Wholly behind the eye.
   soup_triangle(&soup, soup_vertex(&soup, -5, 1, 5), soup_vertex(&soup, 5, 1, 5), soup_vertex(&soup, 0, 9, 7));
-  assert_int_equal(soup_check("behind", &soup, &camera, 160, 120), 0);
+  assert_int_equal(raster_check_soup("behind", &soup, &camera, 160, 120), 0);
 
   // Through the eye, and through the eye plane beside it.
   soup_triangle(&soup, soup_vertex(&soup, -1, 1, 1), soup_vertex(&soup, 1, 1, 1), soup_vertex(&soup, 0, 1, -3));
   soup_triangle(&soup, soup_vertex(&soup, 1, 0, 4), soup_vertex(&soup, 1, 3, 4), soup_vertex(&soup, 1, 1, -8));
-  soup_check("through the eye", &soup, &camera, 160, 120);
+  raster_check_soup("through the eye", &soup, &camera, 160, 120);
 
   // Without area: a point, a segment, three corners in a line.
   soup_triangle(&soup, soup_vertex(&soup, 0, 0.5f, -2), soup_vertex(&soup, 0, 0.5f, -2),
@@ -245,20 +221,20 @@ static void triangles_of_any_size_and_place_are_drawn_right(void **state)
                 soup_vertex(&soup, 1, 0.5f, -2));
   soup_triangle(&soup, soup_vertex(&soup, -1, 0.6f, -2), soup_vertex(&soup, 0, 0.6f, -2),
                 soup_vertex(&soup, 1, 0.6f, -2));
-  assert_int_equal(soup_check("no area", &soup, &camera, 160, 120), 0);
+  assert_int_equal(raster_check_soup("no area", &soup, &camera, 160, 120), 0);
 }
 
 static void a_hundred_thousand_triangles_in_one_tile_are_drawn_right(void **state)
 {
-  Camera camera = camera_at(vec3(0.01, 0.02, 20), vec3(0, 0, 0), 0.6);
+  Camera camera = raster_camera(vec3(0.01, 0.02, 20), vec3(0, 0, 0), 0.6);
   Soup soup = {0};
   soup_random(&soup, 100000, 0.8f, 0.1f, 7);
-  assert_true(soup_check("one tile", &soup, &camera, 64, 64) > 20);
+  assert_true(raster_check_soup("one tile", &soup, &camera, 64, 64) > 20);
 }
 
 static void triangles_that_are_not_numbers_touch_nothing(void **state)
 {
-  Camera camera = camera_at(vec3(0, 0, 4), vec3(0, 0, 0), 0.8);
+  Camera camera = raster_camera(vec3(0, 0, 4), vec3(0, 0, 0), 0.8);
   const float bad[] = {NAN, INFINITY, -INFINITY, 3e38f};
   uint32_t expected = 0;
   for (int poisoned = 0; poisoned < 2; poisoned++) {
@@ -267,7 +243,7 @@ static void triangles_that_are_not_numbers_touch_nothing(void **state)
     for (int i = 0; poisoned && i < 4; i++)
       soup_triangle(&soup, soup_vertex(&soup, 0, bad[i], 0), soup_vertex(&soup, -1, 0.1f, i == 3 ? bad[i] : 0),
                     soup_vertex(&soup, 1, 0, 0));
-    uint32_t count = soup_check(poisoned ? "poisoned" : "sound", &soup, &camera, 120, 90);
+    uint32_t count = raster_check_soup(poisoned ? "poisoned" : "sound", &soup, &camera, 120, 90);
     if (poisoned) assert_int_equal(count, expected);
     expected = count;
   }
@@ -281,23 +257,23 @@ static void orthographic_cameras_see_what_their_rays_see(void **state)
   Soup soup = {0};
   soup_random(&soup, 4000, 1, 0.1f, 11);
   soup_axis(&soup, 2);
-  assert_true(soup_check("orthographic", &soup, &camera, 140, 100) > 4000);
+  assert_true(raster_check_soup("orthographic", &soup, &camera, 140, 100) > 4000);
   // Far from the origin of the world, where rays have rounded origins.
   soup_far(&soup, 2000, 4);
   camera = camera_orthographic(vec3(1e5 + 3, 1e5 + 2, 1e5 + 4), vec3(1e5, 1e5, 1e5), 1.3);
   camera.znear_m = 0;
   camera.zfar_m = 20;
-  assert_true(soup_check("orthographic, far", &soup, &camera, 140, 100) > 100);
+  assert_true(raster_check_soup("orthographic, far", &soup, &camera, 140, 100) > 100);
   soup_far(&soup, 2000, 4);
-  camera = camera_at(vec3(1e5 + 3, 1e5 + 2, 1e5 + 4), vec3(1e5, 1e5, 1e5), 0.6);
-  assert_true(soup_check("perspective, far", &soup, &camera, 140, 100) > 100);
+  camera = raster_camera(vec3(1e5 + 3, 1e5 + 2, 1e5 + 4), vec3(1e5, 1e5, 1e5), 0.6);
+  assert_true(raster_check_soup("perspective, far", &soup, &camera, 140, 100) > 100);
 }
 
 // Waves that begin and end within a row of bins, several passes over the triangles, several over the picture, tiles
 // that find no place in the list: the same.
 static void waves_and_passes_change_nothing(void **state)
 {
-  Camera camera = camera_at(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
+  Camera camera = raster_camera(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
   Soup soup = {0};
   soup_random(&soup, 5000, 1.5f, 0.2f, 13);
   RasterFixture fixture;
@@ -328,7 +304,7 @@ static void waves_and_passes_change_nothing(void **state)
 static void crop_shows_its_part_of_the_picture(void **state)
 {
   enum { WIDTH = 128, HEIGHT = 96, X = 24, Y = 40 };
-  Camera camera = camera_at(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
+  Camera camera = raster_camera(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
   Soup soup = {0};
   soup_random(&soup, 2000, 1.5f, 0.3f, 17);
   RasterFixture fixture;
@@ -354,16 +330,16 @@ static void crop_shows_its_part_of_the_picture(void **state)
 
 static void picture_of_16384_pixels_across_is_drawn_right(void **state)
 {
-  Camera camera = camera_at(vec3(0.2, 0.1, 3), vec3(0, 0, 0), 0.003);
+  Camera camera = raster_camera(vec3(0.2, 0.1, 3), vec3(0, 0, 0), 0.003);
   Soup soup = {0};
   soup_random(&soup, 3000, 2, 0.3f, 19);
-  assert_true(soup_check("wide", &soup, &camera, 16384, 9) > 10000);
+  assert_true(raster_check_soup("wide", &soup, &camera, 16384, 9) > 10000);
 }
 
 static void every_pattern_of_samples_is_seen_as_rays_see_it(void **state)
 {
   static const uint32_t samples[] = {2, 3, 8, 16, 17};
-  Camera camera = camera_at(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
+  Camera camera = raster_camera(vec3(2.1, 1.3, 3.2), vec3(0, 0, 0), 0.9);
   Soup soup = {0};
   soup_random(&soup, 20000, 1.5f, 0.02f, 23);
   RasterFixture fixture;

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "plan/samples.h"
+#include "scene/scene_build.h"
 #include "shared/stream.h"
 #include "support/gltf_build.h"
 #include "support/oracle_scene.h"
@@ -269,4 +270,27 @@ RasterHits raster_assert_same(RasterFixture *fixture, const RasterShot *shot, co
     raster_hits_free(&raster);
   }
   return rays;
+}
+
+uint32_t raster_check_soup(const char *what, Soup *soup, const Camera *camera, uint32_t width, uint32_t height)
+{
+  RasterFixture fixture;
+  raster_fixture_of_soup(&fixture, soup);
+  RasterShot shot = raster_shot(camera, width, height, 1);
+  RasterHits hits = raster_assert_same(&fixture, &shot, what);
+  uint32_t count = raster_hits_count(&hits);
+  raster_hits_free(&hits);
+  shot.samples = 4;
+  hits = raster_assert_same(&fixture, &shot, what);
+  raster_hits_free(&hits);
+  raster_fixture_free(&fixture);
+  return count;
+}
+
+Camera raster_camera(Vec3 eye, Vec3 target, double yfov_rad)
+{
+  Camera camera = camera_perspective(eye, target, yfov_rad);
+  camera.znear_m = 0.01;
+  camera.zfar_m = INFINITY;
+  return camera;
 }

@@ -75,3 +75,9 @@ uint32_t raster_hits_differ(const RasterHits *a, const RasterHits *b, const char
 
 // Fails unless rays and every variant give the same bits; returns the hits by rays.
 RasterHits raster_assert_same(RasterFixture *fixture, const RasterShot *shot, const char *what);
+
+// Checks one view of a soup, at 1 and 4 samples, and frees the soup. Returns how many samples hit at 1.
+uint32_t raster_check_soup(const char *what, Soup *soup, const Camera *camera, uint32_t width, uint32_t height);
+
+// A camera that sees all from near its eye on.
+Camera raster_camera(Vec3 eye, Vec3 target, double yfov_rad);
