@@ -179,6 +179,7 @@ static void picture_judge(Verdicts *verdicts, const char *name, const char *ligh
                           const Camera *camera)
 {
   PictureRequest request = picture_request(verdicts->width, verdicts->height, 1);
+  request.bare = !effort_is_full();  // scene_features has all of it
   Picture rays = picture_render(scene, camera, &request);
   request.settings.shadows = SHADOWS_HYBRID;
   Picture hybrid = picture_render(scene, camera, &request);

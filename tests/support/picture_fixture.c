@@ -52,7 +52,11 @@ Device *picture_device(uint32_t lanes)
   assert_int_not_equal(at, DEVICES);
   if (devices[at]) return devices[at];
   picture_assert_ok(device_open(&devices[at], test_device(), 0, NULL, &picture_log));
-  if (at) device_override_traits(devices[at], &traits_by_lanes[at]);
+  if (at) {
+    DeviceTraits traits = traits_by_lanes[at];
+    traits.fast_fma = device_traits(devices[at])->fast_fma;  // bytes hang on it
+    device_override_traits(devices[at], &traits);
+  }
   return devices[at];
 }
 
@@ -91,6 +95,7 @@ static Status picture_save(Picture *out, const char *path, const Scene *scene, c
     device_override_traits(device, &other);
   }
   TRY(device_scene_make(&device_scene, device, scene, NULL, &picture_log));
+  if (request->bare) device_scene.has_normal_maps = device_scene.has_second_uvs = device_scene.has_colors = false;
   SceneFacts facts = {.light_count = device_scene.light_count,
                       .has_mirrors = device_scene.has_mirrors,
                       .has_blends = device_scene.has_blends,

@@ -26,6 +26,7 @@ typedef struct PictureRequest {
   uint32_t lanes;  // of picture_device
   uint32_t seed;
   uint32_t wave_rays;  // rays in flight; 0: the device's own
+  bool bare;           // shaded without normal maps, vertex colours, second texture coordinates: fewer kernels
 } PictureRequest;
 
 // As `frugal render` makes it of few samples: mirrors alone reflect, the environment's light is that of its harmonics.
