@@ -22,6 +22,7 @@ typedef struct ListTriangle {
   FloatL slack;                            // of the edges: what rounding may do
   IntL culled, whole;                      // whole: no edge is to be trusted
   IntL hides;                              // rays that end behind it meet it, whatever the rounding
+  FloatL determinant;                      // its sign is that of the area on the map
   FloatL low_x, low_y, high_x, high_y;     // where it is, not clipped
   IntL crosses;                            // the eye plane: the bounds are not
 } ListTriangle;
@@ -88,6 +89,69 @@ static inline void list_ends(ListTriangle *t, constant RasterView *raster, const
   t->near_least -= touch;
 }
 
+// Edges by cross products of corners before division, which hold wherever these are, with what rounding does to terms
+// that are as large as the map.
+static inline void list_edges_large(ListTriangle *t, IntL large, FloatL extent)
+{
+  FloatL sums = FLOATL(0);
+  for (uint i = 0; i < 3; i++) {
+    Vec3L p = t->clip[(i + 1) % 3], q = t->clip[(i + 2) % 3];
+    FloatL x = p.y * q.z - q.y * p.z, y = p.z * q.x - q.z * p.x, at = p.x * q.y - q.x * p.y;
+    t->edge_x[i] = large ? x : t->edge_x[i];
+    t->edge_y[i] = large ? y : t->edge_y[i];
+    t->edge_0[i] = large ? at : t->edge_0[i];
+    sums = max_lane(sums, extent * (fabs(p.y * q.z) + fabs(q.y * p.z) + fabs(p.z * q.x) + fabs(q.z * p.x)) +
+                              fabs(p.x * q.y) + fabs(q.x * p.y));
+  }
+  FloatL determinant = t->clip[0].x * t->edge_x[0] + t->clip[0].y * t->edge_y[0] + t->clip[0].z * t->edge_0[0];
+  t->determinant = large ? determinant : t->determinant;
+  t->slack = large ? sums * FLOATL(SURE_ROUNDING) : t->slack;
+}
+
+// How far off, in texels, a corner may be on the map: 8 roundings of the terms of its place.
+static inline FloatL corner_error(constant RasterView *view, const Vec3L a[3], const ListTriangle *t, FloatL extent)
+{
+  FloatL squared = max3_lane(dot3(a[0], a[0]), dot3(a[1], a[1]), dot3(a[2], a[2]));
+  FloatL least_w = min3_lane(t->clip[0].z, t->clip[1].z, t->clip[2].z);
+  FloatL by_m = FLOATL(view->norm_x + view->norm_y) + extent * FLOATL(view->parallel ? 0 : view->norm_w);
+  FloatL fixed = FLOATL(fabs(view->x.w) + fabs(view->y.w)) + extent * FLOATL(view->parallel ? 0 : fabs(view->w.w));
+  return FLOATL(SURE_ROUNDING / 2) * (sqrt(squared) * by_m + fixed) / least_w;
+}
+
+// Where texels are beyond its edges. An edge runs from one corner on the map to the other, so that little is lost to
+// rounding however small the triangle is; points within its bounds, and a texel and a half beyond, count.
+static inline void list_edges(ListTriangle *t, constant RasterView *view, const Vec3L a[3], FloatL extent)
+{
+  FloatL x[3], y[3], one = FLOATL(1);
+  for (uint i = 0; i < 3; i++) {
+    FloatL inverse = one / t->clip[i].z;
+    x[i] = t->clip[i].x * inverse;
+    y[i] = t->clip[i].y * inverse;
+  }
+  t->low_x = min3_lane(x[0], x[1], x[2]);
+  t->low_y = min3_lane(y[0], y[1], y[2]);
+  t->high_x = max3_lane(x[0], x[1], x[2]);
+  t->high_y = max3_lane(y[0], y[1], y[2]);
+  for (uint i = 0; i < 3; i++) {
+    uint p = (i + 1) % 3, q = (i + 2) % 3;
+    t->edge_x[i] = y[p] - y[q];
+    t->edge_y[i] = x[q] - x[p];
+    t->edge_0[i] = FLOATL(0) - (t->edge_x[i] * x[p] + t->edge_y[i] * y[p]);
+  }
+  t->determinant = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
+  FloatL reach = t->high_x - t->low_x + t->high_y - t->low_y + FLOATL(3);
+  t->slack = reach * FLOATL(2) * (corner_error(view, a, t, extent) + FLOATL(SURE_ROUNDING) * extent);
+  IntL large = t->crosses | !(reach < FLOATL(2) * extent);
+  if (any_lane(large)) list_edges_large(t, large, extent);
+  FloatL sign = t->determinant < FLOATL(0) ? FLOATL(-1) : one;
+  for (uint i = 0; i < 3; i++) {
+    t->edge_x[i] *= sign;
+    t->edge_y[i] *= sign;
+    t->edge_0[i] = t->edge_0[i] * sign + positive(t->edge_x[i]) + positive(t->edge_y[i]) +
+                   FLOATL(SURE_PADDING) * (fabs(t->edge_x[i]) + fabs(t->edge_y[i])) + t->slack;
+  }
+}
+
 static inline ListTriangle list_triangle(constant ShadowView *view, uint size, const Vec3L a[3], IntL solid,
                                          IntL unused)
 {
@@ -120,35 +184,8 @@ static inline ListTriangle list_triangle(constant ShadowView *view, uint size, c
   IntL faces = along < FLOATL(-1e-5f) * size_of;
   t.culled = unused | left | right | above | below | beyond | behind | (faces & solid);
 
-  FloatL sums = zero;
-  for (uint i = 0; i < 3; i++) {
-    Vec3L p = t.clip[i == 2 ? 0 : i + 1], q = t.clip[i == 0 ? 2 : i - 1];
-    t.edge_x[i] = p.y * q.z - q.y * p.z;
-    t.edge_y[i] = p.z * q.x - q.z * p.x;
-    t.edge_0[i] = p.x * q.y - q.x * p.y;
-    sums = max_lane(sums, extent * (fabs(p.y * q.z) + fabs(q.y * p.z) + fabs(p.z * q.x) + fabs(q.z * p.x)) +
-                              fabs(p.x * q.y) + fabs(q.x * p.y));
-  }
-  FloatL determinant = t.clip[0].x * t.edge_x[0] + t.clip[0].y * t.edge_y[0] + t.clip[0].z * t.edge_0[0];
-  FloatL sign = determinant < zero ? FLOATL(-1) : one;
-  t.slack = sums * FLOATL(SURE_ROUNDING);
   t.whole = fabs(along) <= FLOATL(1e-6f) * size_of;
-  for (uint i = 0; i < 3; i++) {
-    t.edge_x[i] *= sign;
-    t.edge_y[i] *= sign;
-    t.edge_0[i] = t.edge_0[i] * sign + positive(t.edge_x[i]) + positive(t.edge_y[i]) +
-                  FLOATL(SURE_PADDING) * (fabs(t.edge_x[i]) + fabs(t.edge_y[i])) + t.slack;
-  }
-  FloatL x[3], y[3];
-  for (uint i = 0; i < 3; i++) {
-    FloatL inverse = one / t.clip[i].z;
-    x[i] = t.clip[i].x * inverse;
-    y[i] = t.clip[i].y * inverse;
-  }
-  t.low_x = min3_lane(x[0], x[1], x[2]);
-  t.low_y = min3_lane(y[0], y[1], y[2]);
-  t.high_x = max3_lane(x[0], x[1], x[2]);
-  t.high_y = max3_lane(y[0], y[1], y[2]);
+  list_edges(&t, raster, a, extent);
   list_nearness(&t, view, a, normal, facing, size_of);
   list_ends(&t, raster, a, along);
   return t;
