@@ -11,6 +11,7 @@
 
 #include "device_scene/device_scene.h"
 #include "scene/scene_build.h"
+#include "support/effort.h"
 #include "support/moved_scene.h"
 #include "support/oracle_scene.h"
 #include "support/picture_fixture.h"
@@ -190,21 +191,36 @@ static void boxes_move(Room *room, int step)
 {
   for (int i = 0; i < 3; i++)
     room->scene.objects[room->boxes[i]].world_from_object =
-        mat4_from_trs(vec3(i == 1 && step == 2 ? INFINITY : 0, 0.03 * step, 0), (double[4]){0, 0, 0, 1}, vec3(1, 1, 1));
+        mat4_from_trs(vec3(i == 1 && step == 2 ? INFINITY : 0, 0.07 * step, 0), (double[4]){0, 0, 0, 1}, vec3(1, 1, 1));
+}
+
+// Slots of which a verdict is kept.
+static uint32_t verdicts_known(const Frame *frame, Device *device)
+{
+  const KeptVerdicts *kept = &frame->shadow_hybrid.verdicts;
+  uint32_t known = 0;
+  if (!kept->slots) return 0;
+  uint32_t *words = malloc(kept->words.bytes);
+  assert_non_null(words);
+  picture_assert_ok(buffer_read(device, &kept->words, words, kept->words.bytes, &picture_log));
+  for (size_t i = 0; i < kept->slots; i++) known += words[(size_t)VERDICT_KNOWN * kept->slots + i] != 0;
+  free(words);
+  return known;
 }
 
 // Hybrid maps name triangles by where they lie in the tree: while it is refitted, views that see nothing that moved
-// stay.
-static void hybrid_maps_stay_while_the_tree_is_refitted(void **state)
+// stay, and so do verdicts on rays in them; others are judged anew.
+static void maps_and_verdicts_stay_while_the_tree_is_refitted(uint32_t lanes, bool shadowless)
 {
   static const Methods methods = {PRIMARY_RASTER, SHADOWS_HYBRID, REFLECTIONS_NONE};
-  enum { STEPS = 6 };
+  enum { STEPS = 7 };
   Room room;
-  Device *device = picture_device(0);
+  Device *device = picture_device(lanes);
   DeviceScene moved;
   Frame before = {0};
   room_make(&room, true);
   room.scene.lights[0].position_world = vec3(0.6, 1.2, 2);
+  for (int i = 0; i < 3; i++) room.scene.objects[room.boxes[i]].shadowless = shadowless;
   picture_assert_ok(device_scene_make_movable(&moved, device, &room.scene, NULL, &picture_log));
   for (int step = 0; step < STEPS; step++) {
     Frame frame = {0};
@@ -220,7 +236,8 @@ static void hybrid_maps_stay_while_the_tree_is_refitted(void **state)
     if (step == 0 || moved.trees_rebuilt)
       assert_int_equal(views, 0);
     else
-      assert_in_range(views, 2, 4);
+      assert_in_range(views, 2, shadowless ? 6 : 4);
+    assert_true((views > 0) == (verdicts_known(&frame, device) > WIDTH * HEIGHT / 4));
     free(sums);
     free(alone);
     device_scene_free(&fresh);
@@ -232,11 +249,24 @@ static void hybrid_maps_stay_while_the_tree_is_refitted(void **state)
   scene_free(&room.scene);
 }
 
+static void hybrid_maps_stay_while_the_tree_is_refitted(void **state)
+{
+  maps_and_verdicts_stay_while_the_tree_is_refitted(0, false);
+  if (!effort_is_quick()) maps_and_verdicts_stay_while_the_tree_is_refitted(1, false);
+}
+
+// What casts no shadow leaves all maps as they are, and is seen with the shadows that are where it comes to.
+static void what_casts_no_shadow_moves_through_kept_ones(void **state)
+{
+  maps_and_verdicts_stay_while_the_tree_is_refitted(0, true);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(pictures_do_not_tell_what_was_before),
       cmocka_unit_test(hybrid_maps_stay_while_the_tree_is_refitted),
+      cmocka_unit_test(what_casts_no_shadow_moves_through_kept_ones),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }

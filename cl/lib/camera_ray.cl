@@ -85,6 +85,15 @@ static inline WaveTile wave_tile(const CameraSources *from, uint slot)
   return out;
 }
 
+// The slot of the whole picture, sample by sample, that a wave's is.
+static inline uint wave_picture_slot(const CameraSources *from, uint slot)
+{
+  uint2 grid = views_tiles(from->cameras, from->view_count);
+  uint tile = slot / TILE_PIXELS, sample = 0;
+  if (tile >= from->tile_count) sample = tile / from->tile_count, tile -= sample * from->tile_count;
+  return ((from->first_sample + sample) * grid.x * grid.y + from->first_tile + tile) * TILE_PIXELS + slot % TILE_PIXELS;
+}
+
 // The rays of LANES neighbouring slots of it.
 static inline CameraRay wave_ray(FloatL *t_max, const WaveTile *tile, uint slot)
 {

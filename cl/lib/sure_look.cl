@@ -9,6 +9,7 @@ typedef struct TexelLook {
   IntL mapped;       // lanes that a map holds
   UintL tile, x, y;  // index into the tiles of all lights; column and row of the block in the map
   UintL texel;       // of the block
+  UintL view;        // of the light
   FloatL closeness, slack;
 } TexelLook;
 
@@ -53,6 +54,7 @@ static inline TexelLook texels_look(global const ShadowInfo *info, global const 
     }
   }
   look.mapped = active & !left;
+  look.view = chosen;
   look.x = texel_x >> UINTL(2);
   look.y = texel_y >> UINTL(2);
   look.texel = ((texel_y & three) << UINTL(2)) + (texel_x & three);

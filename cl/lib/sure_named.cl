@@ -41,7 +41,7 @@ static inline IntL named_meet(Packet *p, IntL group, const ShearedRay *ray, uint
   return grazes & !(hit.t < FLOATL(0) - hit.t_error) & !(hit.t - hit.t_error > p->t_max);
 }
 
-// What row `k` of lists says to the lanes `mask`; nothing where they are shorter.
+// What row `k` of lists says to the lanes `mask`; nothing where they are shorter. Asks for the next row.
 static inline void row_look(FloatL *near, UintL *name, uint k, IntL mask, UintL block, UintL texel,
                             const SureSources *of)
 {
@@ -55,7 +55,25 @@ static inline void row_look(FloatL *near, UintL *name, uint k, IntL mask, UintL 
     global const ShadowRow *row = k ? &of->rows[(k - 1) * of->block_count + at] : &of->blocks[at].first;
     *near = table_pick(row->near, texel, same, *near);
     *name = table_pick_uint(row->number, texel, same, *name);
+#ifdef HAS_PREFETCH
+    PREFETCH(of->rows[k * of->block_count + at].near);
+    PREFETCH(of->rows[k * of->block_count + at].number);
+#endif
   }
+}
+
+// Asks for the triangles that the lanes of `mask` name, as all of them are tested soon.
+static inline void triangles_prefetch(global const BvhTriangle *triangles, UintL names, IntL mask)
+{
+#ifdef HAS_PREFETCH
+  for (uint bits = lane_bits(mask); bits;) {
+    uint name = LANE_UINT(names, lowest_bit(bits));
+    bits &= ~lane_bits(mask & (names == UINTL(name)));
+    global const BvhTriangle *triangle = &triangles[name & ~SHADOW_CLOSED];
+    PREFETCH(triangle);
+    PREFETCH(triangle->vertex[2] + 2);
+  }
+#endif
 }
 
 // Tests the packet's lanes `group`, which share the dominant axis `kz`, against the triangles that their texels name
@@ -74,6 +92,7 @@ static inline IntL named_walk(Packet *p, IntL group, uint kz, const TexelLook *l
     UintL names;
     row_look(&near, &names, k, left, block, look->texel, of);
     left = left & !(look->closeness - look->slack > near);
+    triangles_prefetch(of->triangles, names, left);
     for (uint bits = lane_bits(left); bits;) {
       uint name = LANE_UINT(names, lowest_bit(bits)), number = name & ~SHADOW_CLOSED;
       IntL same = left & (names == UINTL(name));
@@ -121,12 +140,15 @@ typedef struct SureRays {
   UintL own;  // the triangles that they start on
 } SureRays;
 
-// Judges the rays `active` to a light. Those that are neither lit nor dark are unsure.
-static inline Verdicts sure_judge(const SureRays *rays, global const ShadowInfo *info, global const ShadowView *views,
-                                  const SureSources *of, IntL active, const AttributeSources *attributes)
+// Judges the rays `active` to a light. Those that are neither lit nor dark are unsure. *view: of the light, where they
+// were looked up.
+static inline Verdicts sure_judge(UintL *view, const SureRays *rays, global const ShadowInfo *info,
+                                  global const ShadowView *views, const SureSources *of, IntL active,
+                                  const AttributeSources *attributes)
 {
   TexelLook look;
   Verdicts v = sure_look(&look, info, views, of, rays->origin, active, &rays->own);
+  *view = look.view;
 #if LANES > 1
   if (any_lane(v.waiting)) {
     Packet p = packet_make(rays->origin, rays->direction, 0, rays->t_max);

@@ -20,6 +20,8 @@
 //   A reflected ray that an interpolated normal would send into the triangle is mirrored at its plane instead.
 //   HAS_LOBES: rough surfaces reflect, or the environment's light is sampled (lib/surface_samples.cl);
 //   HAS_OCCLUSION_RAYS: it is weakened by ambient occlusion.
+//   Verdicts that the frame before left of the same shadow rays are taken from there (lib/kept_verdicts.cl), and those
+//   of this frame left there: kept_verdicts, of the picture's verdict_slots; 0: none.
 //   HAS_ROUGH_MAPS: rough surfaces send one ray about which maps are asked (capture/cube_reflect.cl): its weight is the
 //   lobe's albedo, its t_max the roughness.
 //   A ray's radiance is added slot by slot in the order of launches: no atomics, the same sum on every run.
@@ -36,7 +38,7 @@
 #include "lib/shadow_lookup.cl"
 #endif
 #ifdef HAS_SURE_MAPS
-#include "lib/sure_named.cl"
+#include "lib/kept_verdicts.cl"
 #endif
 static inline Vec3L mirror3(Vec3L to_eye, Vec3L n) { return sub3(scale3(n, FLOATL(2) * dot3(n, to_eye)), to_eye); }
 
@@ -170,10 +172,11 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
                   global const float *shadow_maps, global const ShadowInfo *sure_infos,
                   global const ShadowView *sure_views, global const ShadowTile *sure_tiles,
                   global const ShadowBlock *sure_blocks, global const ShadowRow *sure_rows, uint sure_block_count,
-                  global const BvhTriangle *leaf_triangles, global float4 *radiance, global float *shadow_rays,
-                  global uint *shadow_slots, global float *reflected_rays, global uint *reflected_slots,
-                  global float *transmitted_rays, global uint *transmitted_slots, global uint *counts,
-                  constant CameraInfo *cameras, uint view_count, constant Float2 *offsets)
+                  global const BvhTriangle *leaf_triangles, global float *kept_verdicts, uint verdict_slots,
+                  uint verdicts_stay, global float4 *radiance, global float *shadow_rays, global uint *shadow_slots,
+                  global float *reflected_rays, global uint *reflected_slots, global float *transmitted_rays,
+                  global uint *transmitted_slots, global uint *counts, constant CameraInfo *cameras, uint view_count,
+                  constant Float2 *offsets)
 {
   const ShadeInfo *shade = &settings;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
@@ -185,6 +188,9 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
 #ifdef HAS_SURE_MAPS
   uint judged = 0, waiting = 0;
   SureSources sure = {sure_tiles, sure_blocks, sure_rows, sure_block_count, leaf_triangles};
+  KeptVerdicts kept = {kept_verdicts,
+                       shade->from_camera && shade->first_batch && !shade->first_light ? verdict_slots : 0,
+                       verdicts_stay};
 #endif
   const bool begins = shade->from_camera && shade->first_batch;
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
@@ -209,8 +215,14 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
       sum.rgb = select3(missed, seen, sum.rgb);
       if (!begins) radiance_add(radiance, slot, missed, seen);
     }
+#ifdef HAS_SURE_MAPS
+    uint picture_slot = kept.slots ? wave_picture_slot(&camera, first) : 0;
+#endif
     if (!any_lane(hit)) {
       if (begins) sum_keep(radiance, shade, &tile, first, slot, INTL(-1), sum);
+#ifdef HAS_SURE_MAPS
+      verdicts_forget(&kept, picture_slot);
+#endif
       continue;
     }
 
@@ -258,6 +270,7 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
                                       environment_levels);
     }
 #ifdef HAS_SURE_MAPS
+    SlotVerdicts of_slots = verdicts_load(&kept, picture_slot, origin, hit);
     IntL streamed = INTL(0);  // a light's ray is: those of later lights wait, as sums keep the lights' order
     IntL shows = !s.reflectance.mirror | (max_component3(s.reflectance.diffuse) > zero);  // light of lights
 #endif
@@ -271,7 +284,7 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
       if (is_judged) {
         IntL asks = reached & shows & (dot3(s.normal, light.unit) > zero) & (max_component3(light.irradiance) > zero);
         SureRays of = {origin, light.to_light, light.t_max, id};
-        verdicts = sure_judge(&of, &sure_infos[number], sure_views, &sure, asks, &attributes);
+        verdicts = kept_judge(&of_slots, &kept, i, &of, &sure_infos[number], sure_views, &sure, asks, &attributes);
         judged += (uint)popcount(
             lane_bits(LANES > 1 ? verdicts.lit | verdicts.dark : (verdicts.lit & !streamed) | verdicts.dark));
         reached = asks & !verdicts.dark;
@@ -317,6 +330,9 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
                          LANE_AS_FLOAT(id), shadow_rays + i * RAY_FIELD_COUNT * capacity, capacity,
                          shadow_slots + i * capacity, &counts[i]);
     }
+#ifdef HAS_SURE_MAPS
+    verdicts_store(&kept, picture_slot, &of_slots, origin);
+#endif
     sum_keep(radiance, shade, &tile, first, slot, begins ? INTL(-1) : hit, sum);
     if (!shade->first_batch) continue;
 

@@ -94,6 +94,18 @@ typedef struct ShadowBlock {
 } ShadowBlock;
 SHARED_SIZE(ShadowBlock, 320);
 
+// Verdicts that a sequence keeps of camera rays' hits, [VERDICT_FIELDS][slots of the picture, sample by sample]: where
+// the shadow ray began, and of each of the first lights VERDICT_BITS: lit, dark or neither, and the view that it was
+// looked up in. They hold in the next frame for rays that begin there, to lights that are the same, by views that see
+// nothing that moved.
+#define VERDICT_ORIGIN 0  // 3 floats
+#define VERDICT_KNOWN 3
+#define VERDICT_FIELDS 4
+#define VERDICT_LIGHTS 4  // LIGHTS_PER_LAUNCH of shared/shade.h
+#define VERDICT_BITS 5    // VERDICT_LIT or VERDICT_DARK | view << 2
+#define VERDICT_LIT 1u
+#define VERDICT_DARK 2u
+
 #define SHADOW_ROUNDING 2e-5f           // of 1 / w, relative
 #define SHADOW_ROUNDING_PARALLEL 4e-6f  // of depths in [0, 1]
 

@@ -81,8 +81,8 @@ void shader_free(Shader *shader)
 // What the kernel reads of shadows.
 typedef struct MapBuffers {
   DeviceBuffer infos, views, texels;
-  DeviceBuffer sure_infos, sure_views, tiles, blocks, rows;
-  uint32_t block_count;
+  DeviceBuffer sure_infos, sure_views, tiles, blocks, rows, verdicts;
+  uint32_t block_count, verdict_slots, verdicts_stay;
 } MapBuffers;
 
 static MapBuffers map_buffers(const Shader *shader, const ShadeStreams *streams)
@@ -90,7 +90,7 @@ static MapBuffers map_buffers(const Shader *shader, const ShadeStreams *streams)
   const DeviceBuffer none = shader->nothing;
   const ShadowMaps *maps = streams->maps;
   const SureMaps *sure = streams->sure;
-  MapBuffers of = {none, none, none, none, none, none, none, none, 0};
+  MapBuffers of = {none, none, none, none, none, none, none, none, none, 0, 0, 0};
   if (maps && maps->infos.memory) {
     of.infos = maps->infos;
     of.views = maps->views;
@@ -103,6 +103,11 @@ static MapBuffers map_buffers(const Shader *shader, const ShadeStreams *streams)
     of.blocks = sure->blocks;
     of.rows = sure->rows;
     of.block_count = sure->block_count;
+  }
+  if (streams->verdicts && streams->verdicts->slots) {
+    of.verdicts = streams->verdicts->words;
+    of.verdict_slots = streams->verdicts->slots;
+    of.verdicts_stay = streams->verdicts->stayed;
   }
   return of;
 }
@@ -132,11 +137,11 @@ Status shade(const Shader *shader, Device *device, const DeviceScene *scene, con
            ARG_BUFFER(shader->environment_table), ARG_BUFFER(shader->environment_levels), ARG_BUFFER(of.infos),
            ARG_BUFFER(of.views), ARG_BUFFER(of.texels), ARG_BUFFER(of.sure_infos), ARG_BUFFER(of.sure_views),
            ARG_BUFFER(of.tiles), ARG_BUFFER(of.blocks), ARG_BUFFER(of.rows), ARG(of.block_count),
-           ARG_BUFFER(scene->bvh2_triangles), ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays),
-           ARG_BUFFER(streams->shadow->slots), ARG_BUFFER(streams->reflected->rays),
-           ARG_BUFFER(streams->reflected->slots), ARG_BUFFER(streams->transmitted->rays),
-           ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts), ARG_BUFFER(camera->cameras),
-           ARG(camera->view_count), ARG_BUFFER(camera->offsets)),
+           ARG_BUFFER(scene->bvh2_triangles), ARG_BUFFER(of.verdicts), ARG(of.verdict_slots), ARG(of.verdicts_stay),
+           ARG_BUFFER(*streams->radiance), ARG_BUFFER(streams->shadow->rays), ARG_BUFFER(streams->shadow->slots),
+           ARG_BUFFER(streams->reflected->rays), ARG_BUFFER(streams->reflected->slots),
+           ARG_BUFFER(streams->transmitted->rays), ARG_BUFFER(streams->transmitted->slots), ARG_BUFFER(shader->counts),
+           ARG_BUFFER(camera->cameras), ARG(camera->view_count), ARG_BUFFER(camera->offsets)),
       log));
   if (spawns) TRY(buffer_read(device, &shader->counts, counts, STREAM_COUNTS * sizeof *counts, log));
   for (int i = 0; i < STREAM_COUNTS; i++)

@@ -3,6 +3,7 @@
 
 #include "device_scene/device_scene.h"
 #include "passes/camera_rays.h"
+#include "passes/kept_verdicts.h"
 #include "passes/ray_stream.h"
 #include "passes/shadow_maps.h"
 #include "passes/sure_maps.h"
@@ -31,6 +32,7 @@ typedef struct ShadeStreams {
   const CameraRays *camera;      // may be NULL unless ShadeInfo.from_camera is set
   const SureMaps *sure;          // the same
   const DeviceBuffer *keys;      // NULL unless ShadeInfo.from_keys is set
+  const KeptVerdicts *verdicts;  // on shadow rays; NULL where none are kept
 } ShadeStreams;
 
 // Builds the kernel with what the plan needs; the scene's host environment is read where it has to be sampled.

@@ -221,8 +221,25 @@ bool shadow_hybrid_take(ShadowHybrid *hybrid, const DeviceScene *scene, const Sh
   return true;
 }
 
+Status shadow_hybrid_keep(ShadowHybrid *hybrid, Device *device, uint64_t slots, ShadowHybrid *before, Log *log)
+{
+  Status status = STATUS_OK;
+  const uint64_t most = shadow_bytes_most(&hybrid->options, device);
+  uint64_t taken = hybrid->taken_bytes + hybrid->maps.tile_count * sizeof(ShadowTile);
+  for (uint32_t i = 0; i < hybrid->maps.light_count; i++) taken += hybrid->maps.known_tiles[i] * sure_tile_bytes;
+  if (!before || taken > most) return STATUS_OK;
+  TRY(kept_verdicts_make(&hybrid->verdicts, &before->verdicts, device, &hybrid->maps, slots, most - taken, log));
+  for (uint32_t i = 0; i < hybrid->maps.light_count && i < VERDICT_LIGHTS; i++)
+    if (memcmp(&before->lights[i], &hybrid->lights[i], sizeof *hybrid->lights) != 0)
+      hybrid->verdicts.stayed &= ~(((1u << SHADOW_VIEWS_MOST) - 1) << i * SHADOW_VIEWS_MOST);
+
+done:
+  return status;
+}
+
 void shadow_hybrid_free(ShadowHybrid *hybrid)
 {
+  kept_verdicts_free(&hybrid->verdicts);
   sure_maps_free(&hybrid->maps);
   free(hybrid->fits);
   free(hybrid->probes);

@@ -5,6 +5,7 @@
 #include "device_scene/device_scene.h"
 #include "device_scene/solid.h"
 #include "passes/camera_rays.h"
+#include "passes/kept_verdicts.h"
 #include "passes/ray_stream.h"
 #include "passes/sure_maps.h"
 #include "passes/trace.h"
@@ -22,6 +23,7 @@ typedef struct ShadowHybrid {
   RayStream unsure;
   DeviceBuffer unsure_count;
   uint64_t rays, traced;  // of what was judged so far, by shading too
+  KeptVerdicts verdicts;  // of the frame before, and for the next
   // Whom the maps were drawn for.
   CameraInfo camera;
   LightInfo *lights;  // [light_count]
@@ -59,6 +61,12 @@ Status shadow_hybrid_draw(ShadowHybrid *hybrid, Device *device, const DeviceScen
 // they are. False where it is not: then nothing was done, and receivers are to be marked, and maps drawn.
 bool shadow_hybrid_take(ShadowHybrid *hybrid, const DeviceScene *scene, const ShadowReceivers *receivers,
                         ShadowHybrid *before);
+
+// Makes room for verdicts on the hits of a picture's `slots` camera rays: shading takes from there those of the frame
+// before whose ray is the same and whose view sees nothing that moved, and leaves its own for the next frame. From the
+// second frame on of which a view stays; where there is no memory left of what maps may take, there are none. The maps
+// are drawn or taken. Errors: those of buffer_create.
+Status shadow_hybrid_keep(ShadowHybrid *hybrid, Device *device, uint64_t slots, ShadowHybrid *before, Log *log);
 
 // False where nothing of a light's maps is drawn: all its rays are to be traced.
 bool shadow_hybrid_has(const ShadowHybrid *hybrid, uint32_t light);

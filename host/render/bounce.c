@@ -332,6 +332,13 @@ done:
   return status;
 }
 
+// Verdicts that shading may ask and leave: those of the picture's own camera rays.
+static const KeptVerdicts *verdicts_of(const Frame *frame)
+{
+  const bool own = !frame->marking && !frame->request.doubt && frame_camera(frame) == &frame->camera;
+  return own ? &frame->shadow_hybrid.verdicts : NULL;
+}
+
 Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounce waiting[FRAME_STREAMS],
                      uint32_t *waiting_count, Log *log)
 {
@@ -350,11 +357,17 @@ Status bounce_render(Frame *frame, const Wave *wave, const Bounce *waited, Bounc
   RayStream *reflected, *transmitted;
   TRY(stream_take(&reflected, frame, info.reflect, log));
   TRY(stream_take(&transmitted, frame, request->plan.transmitted_rays, log));
-  ShadeStreams streams = {
-      bounce->rays,        &frame->hits,        &frame->shadow,
-      reflected,           transmitted,         info.to_picture ? &frame->film.sums : &frame->radiance,
-      &frame->shadow_maps, frame_camera(frame), &frame->shadow_hybrid.maps,
-      &frame->raster.keys};
+  ShadeStreams streams = {.rays = bounce->rays,
+                          .hits = &frame->hits,
+                          .shadow = &frame->shadow,
+                          .reflected = reflected,
+                          .transmitted = transmitted,
+                          .radiance = info.to_picture ? &frame->film.sums : &frame->radiance,
+                          .maps = &frame->shadow_maps,
+                          .camera = frame_camera(frame),
+                          .sure = &frame->shadow_hybrid.maps,
+                          .keys = &frame->raster.keys,
+                          .verdicts = verdicts_of(frame)};
   TRY(hits_find(frame, wave, &own, coherence, log));
   if (bounce->first && request->aovs & AOV_SET_SURFACE)
     TRY(film_aov(&frame->film, device, frame->scene, &frame->camera, wave, bounce->rays, &frame->hits, log));

@@ -133,8 +133,13 @@ static Status shade_compile(Frame *frame, Log *log)
   Device *device = frame->device;
   uint32_t counts[STREAM_COUNTS];
   const RayStream *none = &frame->shadow;
-  const ShadeStreams streams = {&frame->streams[0], &frame->hits, &frame->shadow, none, none,
-                                &frame->radiance,   NULL,         &frame->camera, NULL, NULL};
+  const ShadeStreams streams = {.rays = &frame->streams[0],
+                                .hits = &frame->hits,
+                                .shadow = &frame->shadow,
+                                .reflected = none,
+                                .transmitted = none,
+                                .radiance = &frame->radiance,
+                                .camera = &frame->camera};
   const ShadeInfo info = {.tile_count = 1, .tiles_per_row = 1, .tile_rows = 1, .first_batch = 1, .primary = 1};
   TRY(buffer_fill_words(device, &frame->hits.ids, HIT_NONE, log));
   TRY(shader_make(&frame->shader, device, frame->scene, &frame->request.plan, log));

@@ -17,16 +17,14 @@ static Status hits_shade(Frame *frame, const DoubtStreams *streams, const RayStr
   Status status = STATUS_OK;
   DeviceBuffer cleared = *radiance;
   ShadeInfo info = bounce_shade_info(frame, wave, &(Bounce){.first = true});
-  ShadeStreams to = {rays,
-                     &frame->hits,
-                     &frame->shadow,
-                     streams->reflected,
-                     streams->transmitted,
-                     radiance,
-                     &frame->shadow_maps,
-                     &frame->camera,
-                     NULL,
-                     NULL};
+  ShadeStreams to = {.rays = rays,
+                     .hits = &frame->hits,
+                     .shadow = &frame->shadow,
+                     .reflected = streams->reflected,
+                     .transmitted = streams->transmitted,
+                     .radiance = radiance,
+                     .maps = &frame->shadow_maps,
+                     .camera = &frame->camera};
   info.reflect = 1;
   info.casting_lights = 0;
   TRY(buffer_zero(frame->device, &cleared, log));

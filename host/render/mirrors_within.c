@@ -15,9 +15,14 @@ static Status hits_reflect(uint32_t *count, Frame *frame, const RayStream *from,
   uint32_t counts[STREAM_COUNTS];
   ShadeInfo info = bounce_shade_info(frame, wave, &(Bounce){.depth = depth});
   TRY(stream_take(&transmitted, frame, frame->request.plan.transmitted_rays, log));
-  const ShadeStreams streams = {
-      from, &frame->hits, &frame->shadow, to, transmitted, &frame->radiance, &frame->shadow_maps, &frame->camera,
-      NULL, NULL};
+  const ShadeStreams streams = {.rays = from,
+                                .hits = &frame->hits,
+                                .shadow = &frame->shadow,
+                                .reflected = to,
+                                .transmitted = transmitted,
+                                .radiance = &frame->radiance,
+                                .maps = &frame->shadow_maps,
+                                .camera = &frame->camera};
   info.environment_light = info.environment_table = info.from_camera = 0;
   info.max_roughness = info.map_roughness = 0;
   info.receivers = 1;

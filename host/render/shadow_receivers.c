@@ -35,6 +35,14 @@ done:
   return status;
 }
 
+// Those of all samples of a picture.
+static uint64_t picture_slots(const Frame *frame)
+{
+  const CameraInfo *camera = &frame->camera.info;
+  uint64_t tiles = (uint64_t)camera->tiles_per_row * ((camera->height + TILE_SIZE - 1) / TILE_SIZE);
+  return tiles * frame->camera.view_count * TILE_PIXELS * frame->request.samples;
+}
+
 Status shadow_receivers_prepare(Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
@@ -42,7 +50,9 @@ Status shadow_receivers_prepare(Frame *frame, Log *log)
   CameraRays picture = frame->camera;
   const ShadowReceivers receivers = {&picture.info, request.samples, PROBE_PX * PROBE_PX};
   ShadowHybrid *before = request.before ? &request.before->shadow_hybrid : NULL;
-  if (shadow_hybrid_take(&frame->shadow_hybrid, frame->scene, &receivers, before)) return STATUS_OK;
+  if (shadow_hybrid_take(&frame->shadow_hybrid, frame->scene, &receivers, before))
+    return shadow_hybrid_keep(&frame->shadow_hybrid, frame->device, picture_slots(frame), before, log);
+  const uint64_t slots = picture_slots(frame);
   CameraInfo info = camera_info_blocks(&picture.info, PROBE_PX);
   frame->camera = (CameraRays){0};
   frame->marking = true;
@@ -51,6 +61,7 @@ Status shadow_receivers_prepare(Frame *frame, Log *log)
   if (frame->scene->triangle_count > 0) TRY(probes_mark(frame, log));  // a frame may be there for its programs alone
   TRY(shadow_hybrid_draw(&frame->shadow_hybrid, frame->device, frame->scene, &frame->raster_scene, &receivers, before,
                          log));
+  TRY(shadow_hybrid_keep(&frame->shadow_hybrid, frame->device, slots, before, log));
 
 done:
   camera_rays_free(&frame->camera);
