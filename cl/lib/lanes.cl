@@ -32,11 +32,15 @@
 #if LANES > 1 && __has_builtin(__builtin_prefetch)
 #define HAS_PREFETCH
 #endif
+#if LANES > 1 && defined(__SSE4_1__) && __has_builtin(__builtin_elementwise_floor) && \
+    __has_builtin(__builtin_elementwise_ceil)
+#define HAS_ROUNDING
+#endif
 #if LANES == 16 && defined(__AVX512DQ__) && __has_builtin(__builtin_ia32_cvtd2mask512)
 #define HAS_MASK_REGISTERS
 #endif
 #if LANES == 16 && defined(__AVX512F__) && __has_builtin(__builtin_ia32_permvarsf512) && \
-    __has_builtin(__builtin_ia32_vpermi2varps512)
+    __has_builtin(__builtin_ia32_vpermi2varps512) && __has_builtin(__builtin_ia32_compresssi512_mask)
 #define HAS_PERMUTATION
 #endif
 #endif
@@ -155,27 +159,6 @@ static inline UintL table_pick_uint(global const uint *table, UintL index, IntL 
   return LANE_AS_UINT(table_pick((global const float *)table, index, mask, LANE_AS_FLOAT(other)));
 }
 
-// table[index] by lane, for a table of 256 entries.
-#ifdef HAS_PERMUTATION
-// An entry in registers takes less time than one from memory: 8 permutations and 7 choices for 16 loads.
-static inline FloatL table256_lane(constant float *table, UintL index)
-{
-  FloatL parts[8];
-#pragma unroll
-  for (uint i = 0; i < 8; i++)
-    parts[i] = __builtin_ia32_vpermi2varps512(vload16(2 * i, table), LANE_AS_INT(index), vload16(2 * i + 1, table));
-#pragma unroll
-  for (uint bit = 5, left = 4; bit < 8; bit++, left /= 2) {
-    IntL second = (index & UINTL(1u << bit)) != UINTL(0);
-#pragma unroll
-    for (uint i = 0; i < left; i++) parts[i] = second ? parts[2 * i + 1] : parts[2 * i];
-  }
-  return parts[0];
-}
-#else
-#define table256_lane(table, index) LANE_GATHER(FloatL, table, index)
-#endif
-
 // One instruction on NVIDIA, which also ignores a NaN in b.
 #if LANES == 1 && defined(__NV_CL_C_VERSION)
 static inline FloatL min_lane(FloatL a, FloatL b) { return fmin(a, b); }
@@ -183,6 +166,15 @@ static inline FloatL max_lane(FloatL a, FloatL b) { return fmax(a, b); }
 #else
 static inline FloatL min_lane(FloatL a, FloatL b) { return a < b ? a : b; }
 static inline FloatL max_lane(FloatL a, FloatL b) { return a > b ? a : b; }
+#endif
+
+// PoCL's own take a dozen instructions, the compiler's are one.
+#ifdef HAS_ROUNDING
+static inline FloatL floor_lane(FloatL a) { return __builtin_elementwise_floor(a); }
+static inline FloatL ceil_lane(FloatL a) { return __builtin_elementwise_ceil(a); }
+#else
+static inline FloatL floor_lane(FloatL a) { return floor(a); }
+static inline FloatL ceil_lane(FloatL a) { return ceil(a); }
 #endif
 
 static inline float greatest_float8(float8 v)

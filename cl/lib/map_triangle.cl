@@ -23,7 +23,10 @@ typedef struct MapTriangle {
 
 static inline IntL min_int(IntL a, IntL b) { return a < b ? a : b; }
 static inline IntL max_int(IntL a, IntL b) { return a > b ? a : b; }
-static inline IntL snap_lanes(FloatL px) { return LANE_CONVERT_INT(floor(px * FLOATL(RASTER_SNAP) + FLOATL(0.5f))); }
+static inline IntL snap_lanes(FloatL px)
+{
+  return LANE_CONVERT_INT(floor_lane(px * FLOATL(RASTER_SNAP) + FLOATL(0.5f)));
+}
 
 // Turns the triangles so that their areas are positive. Returns the areas in square parts of a texel; zero is exact.
 static inline FloatL map_triangle_turn(MapTriangle *t)

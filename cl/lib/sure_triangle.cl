@@ -226,10 +226,10 @@ static inline void list_bounds(IntL out[4], const ListTriangle *t, constant Rast
     LANE_FLOAT(high_y, lane) = bounds.w;
   }
   FloatL zero = FLOATL(0), last = FLOATL((float)view->width - 1), pad = FLOATL(SURE_PADDING);
-  out[0] = LANE_CONVERT_INT(min_lane(max_lane(floor(low_x - pad), zero), last + FLOATL(1)));
-  out[1] = LANE_CONVERT_INT(min_lane(max_lane(floor(low_y - pad), zero), last + FLOATL(1)));
-  out[2] = LANE_CONVERT_INT(max_lane(min_lane(floor(high_x + pad), last), FLOATL(-1)));
-  out[3] = LANE_CONVERT_INT(max_lane(min_lane(floor(high_y + pad), last), FLOATL(-1)));
+  out[0] = LANE_CONVERT_INT(min_lane(max_lane(floor_lane(low_x - pad), zero), last + FLOATL(1)));
+  out[1] = LANE_CONVERT_INT(min_lane(max_lane(floor_lane(low_y - pad), zero), last + FLOATL(1)));
+  out[2] = LANE_CONVERT_INT(max_lane(min_lane(floor_lane(high_x + pad), last), FLOATL(-1)));
+  out[3] = LANE_CONVERT_INT(max_lane(min_lane(floor_lane(high_y + pad), last), FLOATL(-1)));
 }
 
 // Lanes whose triangle is marked.

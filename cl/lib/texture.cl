@@ -1,7 +1,7 @@
 // Texture fetch from buffers: images are slow to filter on a CPU device. Lanes that hit the same triangle share its
 // material and its corners' texture coordinates.
 
-#include "lib/lanes.cl"
+#include "lib/texel.cl"
 #include "shared/scene.h"
 
 #ifdef HAS_SECOND_UVS
@@ -9,11 +9,6 @@
 #else
 #define UV_SETS 1
 #endif
-
-typedef struct Color4L {
-  Vec3L rgb;
-  FloatL a;
-} Color4L;
 
 static inline IntL clamp_lane(IntL i, int low, int high)
 {
@@ -42,32 +37,6 @@ static inline TexelPair wrap_texels(IntL i, int size, uint mode)
   return out;
 }
 
-// Where texels are read from: those of one texture, and how their three colour channels are decoded (256 entries);
-// alpha is always linear.
-typedef struct Texels {
-  global const uint *packed;  // RGBA from the low byte up
-  constant float *linear_from_byte;
-} Texels;
-
-#if defined(HAS_MASK) || defined(HAS_BLEND)
-#define HAS_ALPHA
-#endif
-
-// Alpha is 1 where nothing asks for it. (Inlined always: registers hold the table. By a pointer: Oclgrind does not know
-// what the compiler puts in where a structure that is returned is.)
-static inline __attribute__((always_inline)) void texels_load(Color4L *out, const Texels *from, IntL at)
-{
-  UintL t = LANE_GATHER(UintL, from->packed, at), byte = UINTL(255);
-  UintL r = t & byte, g = (t >> UINTL(8)) & byte, b = (t >> UINTL(16)) & byte;
-  out->rgb = vec3l(table256_lane(from->linear_from_byte, r), table256_lane(from->linear_from_byte, g),
-                   table256_lane(from->linear_from_byte, b));
-#ifdef HAS_ALPHA
-  out->a = LANE_CONVERT_FLOAT(t >> UINTL(24)) * FLOATL(1.0f / 255.0f);
-#else
-  out->a = FLOATL(1);
-#endif
-}
-
 static inline FloatL mix_lane(FloatL a, FloatL b, FloatL share) { return a + (b - a) * share; }
 
 static inline Color4L mix_color(Color4L a, Color4L b, FloatL share)
@@ -87,8 +56,8 @@ static inline Color4L texture_sample(const TextureInfo *info, const Texels *texe
 {
   FloatL high = FLOATL(2), half_texel = FLOATL(0.5f), zero = FLOATL(0);
   // Far coordinates would overflow the conversion to int; a period is taken off first, where there is one.
-  if (info->wrap_u != WRAP_MODE_CLAMP) x -= high * floor(x * half_texel);
-  if (info->wrap_v != WRAP_MODE_CLAMP) y -= high * floor(y * half_texel);
+  if (info->wrap_u != WRAP_MODE_CLAMP) x -= high * floor_lane(x * half_texel);
+  if (info->wrap_v != WRAP_MODE_CLAMP) y -= high * floor_lane(y * half_texel);
   // What is not a number is 0, as other lanes are; so is what lies before the first texel's centre where it is clamped.
   x = (mask & (x > zero)) ? x : zero;
   y = (mask & (y > zero)) ? y : zero;
@@ -96,23 +65,22 @@ static inline Color4L texture_sample(const TextureInfo *info, const Texels *texe
   x = min_lane(x, high) * FLOATL((float)width);
   y = min_lane(y, high) * FLOATL((float)height);
   if (info->nearest) {
-    IntL column = wrap_texels(LANE_CONVERT_INT(floor(x)), width, info->wrap_u).first;
-    IntL row = wrap_texels(LANE_CONVERT_INT(floor(y)), height, info->wrap_v).first;
-    Color4L nearest;
-    texels_load(&nearest, texels, row * INTL(width) + column);
-    return nearest;
+    IntL column = wrap_texels(LANE_CONVERT_INT(floor_lane(x)), width, info->wrap_u).first;
+    IntL row = wrap_texels(LANE_CONVERT_INT(floor_lane(y)), height, info->wrap_v).first;
+    Color4L nearest[2];
+    IntL place = row * INTL(width) + column;
+    texels_load(nearest, texels, place, place);
+    return nearest[0];
   }
   x -= half_texel;
   y -= half_texel;
-  FloatL base_x = floor(x), base_y = floor(y);
+  FloatL base_x = floor_lane(x), base_y = floor_lane(y);
   TexelPair across = wrap_texels(LANE_CONVERT_INT(base_x), width, info->wrap_u);
   TexelPair down = wrap_texels(LANE_CONVERT_INT(base_y), height, info->wrap_v);
   IntL x0 = across.first, x1 = across.second, y0 = down.first * INTL(width), y1 = down.second * INTL(width);
   Color4L at[4];
-  texels_load(&at[0], texels, y0 + x0);
-  texels_load(&at[1], texels, y0 + x1);
-  texels_load(&at[2], texels, y1 + x0);
-  texels_load(&at[3], texels, y1 + x1);
+  texels_load(at, texels, y0 + x0, y0 + x1);
+  texels_load(at + 2, texels, y1 + x0, y1 + x1);
   return mix_color(mix_color(at[0], at[1], x - base_x), mix_color(at[2], at[3], x - base_x), y - base_y);
 }
 

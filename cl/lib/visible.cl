@@ -203,8 +203,8 @@ static inline IntL visible_samples(const VisibleTriangle *triangle, constant Ras
   IntL sampled = INTL(0);
   for (uint i = 0; i < sample_count; i++) {
     FloatL x = FLOATL(offsets[i].x), y = FLOATL(offsets[i].y);
-    sampled = sampled | ((floor(triangle->high_x - x) >= triangle->low_x - x) &
-                         (floor(triangle->high_y - y) >= triangle->low_y - y));
+    sampled = sampled | ((floor_lane(triangle->high_x - x) >= triangle->low_x - x) &
+                         (floor_lane(triangle->high_y - y) >= triangle->low_y - y));
   }
   return on_screen & sampled;
 }

@@ -23,13 +23,24 @@ done:
   return status;
 }
 
-// [0, 256): sRGB byte to linear; [256, 512): byte / 255.
-static void decode_tables(float tables[512])
+enum { DECODE_TABLES = 512 };  // words of both
+
+// [0, 256): sRGB byte to linear; [256, 512): byte / 255. DECODE_TABLES words behind each: the lower halves of its
+// entries, and then the upper ones (cl/lib/texel.cl).
+static void decode_tables(float tables[2 * DECODE_TABLES])
 {
   for (int i = 0; i < 256; i++) {
     double s = i / 255.0;
     tables[i] = (float)(s <= 0.04045 ? s / 12.92 : pow((s + 0.055) / 1.055, 2.4));
     tables[256 + i] = (float)s;
+  }
+  uint16_t *halves = (uint16_t *)(tables + DECODE_TABLES);
+  for (int i = 0; i < DECODE_TABLES; i++) {
+    uint32_t bits;
+    memcpy(&bits, &tables[i], sizeof bits);
+    int place = i / 256 * 512 + i % 256;
+    halves[place] = (uint16_t)bits;
+    halves[place + 256] = (uint16_t)(bits >> 16);
   }
 }
 
@@ -37,7 +48,7 @@ static Status arrays_upload(DeviceScene *out, Device *device, const FlatScene *f
                             Log *log)
 {
   Status status = STATUS_OK;
-  float tables[512];
+  float tables[2 * DECODE_TABLES];
   decode_tables(tables);
   const size_t vertices = flat->vertex_count, triangles = flat->triangle_count;
   const Image *image = &environment->image;
