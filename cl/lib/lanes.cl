@@ -114,15 +114,29 @@ static inline uint lane_bits(IntL mask)
 #endif
 }
 
+// Index of the lowest set bit.
+static inline uint lowest_bit(uint bits) { return 31 - clz(bits & -bits); }
+
+// Puts the lanes of `mask` behind the `count` values of a list, which has room for LANES more. Returns how many there
+// are then.
+static inline uint lanes_append(int *list, uint count, IntL values, IntL mask)
+{
+  uint bits = lane_bits(mask);
+#ifdef HAS_PERMUTATION
+  LANE_STORE(__builtin_ia32_compresssi512_mask(values, INTL(0), (ushort)bits), list, count);
+  return count + (uint)popcount(bits);
+#else
+  for (; bits; bits &= bits - 1) list[count++] = LANE_INT(values, lowest_bit(bits));
+  return count;
+#endif
+}
+
 // Asks for the cache line of an address that will be read soon.
 #ifdef HAS_PREFETCH
 #define PREFETCH(pointer) __builtin_prefetch((const void *)(size_t)(pointer))
 #else
 #define PREFETCH(pointer)
 #endif
-
-// Index of the lowest set bit.
-static inline uint lowest_bit(uint bits) { return 31 - clz(bits & -bits); }
 
 // pointer[index] by lane; every lane's index must be valid.
 #if LANES == 1
