@@ -17,21 +17,14 @@
 //   Fails at edges of shadows, by up to a texel's footprint (SHADOW_BY_TEXEL: half of it on average to either side);
 //   on finely curved surfaces, whose neighbouring triangles leave the receiver's plane within the kernel; where casters
 //   are thinner than a texel.
-//   Cost  4 ns a point by the nearest texel, 6 ns by PCF of 3 x 3 where most kernels hold no edge, 11 where all do.
+//   Cost  4 ns a point by the nearest texel; PCF: lib/shadow_kernel.cl.
 //
 //   From  Williams, "Casting Curved Shadows on Curved Surfaces", SIGGRAPH 1978; Reeves, Salesin, Cook, "Rendering
 //         Antialiased Shadows with Depth Maps", SIGGRAPH 1987; Fernando, "Percentage-Closer Soft Shadows", 2005.
 
-#include "lib/shadow_view.cl"
-#include "shared/depth_map.h"
+#include "lib/shadow_kernel.cl"
 
 static inline FloatL dot_float3(Vec3L a, Float3 b) { return a.x * FLOATL(b.x) + a.y * FLOATL(b.y) + a.z * FLOATL(b.z); }
-
-// The receiver's plane in a map: depth at the lookup's point and its growth by a texel along x and y; and how much it
-// may be off.
-typedef struct PlaneDepth {
-  FloatL depth, by_x, by_y, slack;
-} PlaneDepth;
 
 static inline PlaneDepth plane_depth(global const ShadowInfo *info, global const ShadowView *view, Vec3L relative,
                                      const MapPoint *at, Vec3L normal)
@@ -76,87 +69,6 @@ static inline FloatL texel_lit(global const float *map, uint size, const MapPoin
   return min_lane(receiver, one) <= map_fetch(map, size, x, y) ? one : FLOATL(0);  // 1: nothing is there
 }
 
-// Share of the kernel's texels that leave the receiver's plane lit. Of each row and column of texels the kernel covers
-// all but the ends, and of these 1 - f and f.
-static inline FloatL lit_by_square(global const float *map, int size, int kernel_px, const MapPoint *at,
-                                   const PlaneDepth *plane)
-{
-  FloatL zero = FLOATL(0), one = FLOATL(1), half_texel = FLOATL(0.5f), half_side = FLOATL(0.5f * (float)kernel_px);
-  FloatL left = at->x - half_side, top = at->y - half_side, x0 = floor(left), y0 = floor(top), sum = zero;
-  FloatL share_x = left - x0, share_y = top - y0, receiver = plane->depth - plane->slack;
-  receiver += plane->by_x * (x0 + half_texel - at->x) + plane->by_y * (y0 + half_texel - at->y);
-  IntL first = INTL(0), last = INTL(size - 1), three = INTL(3), two = INTL(2);
-  for (int y = 0; y <= kernel_px; y++, receiver += plane->by_y) {
-    IntL across = clamp(LANE_CONVERT_INT(y0) + INTL(y), first, last);
-    IntL blocks = (across >> two) * INTL(size * 4) + (across & three) * INTL(4);
-    FloatL row = zero, here = receiver;
-    for (int x = 0; x <= kernel_px; x++, here += plane->by_x) {
-      IntL along = clamp(LANE_CONVERT_INT(x0) + INTL(x), first, last);
-      FloatL there = LANE_GATHER(FloatL, map, blocks + (along & INTL(~3)) * INTL(4) + (along & three));
-      FloatL share = x == 0 ? one - share_x : x == kernel_px ? share_x : one;
-      row += min_lane(here, one) <= there ? share : zero;  // 1: nothing is there
-    }
-    sum += y == 0 ? row - row * share_y : y == kernel_px ? row * share_y : row;
-  }
-  FloatL share = sum / FLOATL((float)(kernel_px * kernel_px));
-#if LANES > 1
-  share = share > FLOATL(1 - 1e-6f) ? one : share;  // as kernels_judge has it
-#endif
-  return share;
-}
-
-#if LANES > 1
-#define CLEAR_BLOCKS 64
-#define CLEAR_LANES 3  // fewer are not worth a look
-
-// Most of a picture lies far from any shadow's edge, and most vectors of lanes on one triangle, whose plane is the same
-// for all of them but for rounding, which takes no quarter of the slack. Returns 1 where all blocks of 4 x 4 texels
-// under the kernels of `group` leave that plane lit, 0 where all leave it in the dark, -1 where neither is sure.
-static inline int kernels_judge(global const float *map, uint size, float side, const MapPoint *at,
-                                const PlaneDepth *plane, UintL id, IntL group)
-{
-  const float16 block_x = (float16)(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
-  const float16 block_y = (float16)(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
-  int last = (int)size / 4 - 1;
-  uint bits = lane_bits(group), lane = lowest_bit(bits);
-  FloatL nowhere = FLOATL(-INFINITY), zero = FLOATL(0);
-  if (popcount(bits) < CLEAR_LANES || any_lane(group & (id != UINTL(LANE_UINT(id, lane))))) return -1;
-  float left = -greatest_lane(group ? zero - at->x : nowhere) - 0.5f * side;
-  float right = greatest_lane(group ? at->x : nowhere) + 0.5f * side;
-  float top = -greatest_lane(group ? zero - at->y : nowhere) - 0.5f * side;
-  float bottom = greatest_lane(group ? at->y : nowhere) + 0.5f * side;
-  int4 box = convert_int4(clamp((float4)(left, top, right, bottom) * 0.25f, 0.0f, (float)last));
-  int x0 = box.x, y0 = box.y, x1 = box.z, y1 = box.w;
-  if ((x1 - x0 + 1) * (y1 - y0 + 1) > CLEAR_BLOCKS) return -1;
-  float by_x = LANE_FLOAT(plane->by_x, lane), by_y = LANE_FLOAT(plane->by_y, lane);
-  float slack = LANE_FLOAT(plane->slack, lane), depth = LANE_FLOAT(plane->depth, lane) - slack;
-  float16 step = block_x * by_x + block_y * by_y, least = INFINITY, greatest = -INFINITY;
-  for (int y = y0; y <= y1; y++) {
-    for (int x = x0; x <= x1; x++) {
-      float receiver = depth + by_x * ((float)(4 * x) + 0.5f - LANE_FLOAT(at->x, lane)) +
-                       by_y * ((float)(4 * y) + 0.5f - LANE_FLOAT(at->y, lane));
-      float16 there = vload16(y * (last + 1) + x, map);
-      float16 before = there >= 1 ? (float16)INFINITY : there - (step + receiver);  // 1: nothing is there
-      least = before < least ? before : least;
-      greatest = before > greatest ? before : greatest;
-    }
-  }
-  if (!any_of_16(!(least >= 0.25f * slack))) return 1;
-  return any_of_16(!(greatest < -0.25f * slack)) ? -1 : 0;
-}
-#endif
-
-static inline FloatL lit_by_kernel(global const float *map, uint size, uint kernel_px, const MapPoint *at,
-                                   const PlaneDepth *plane, UintL id, IntL group)
-{
-#if LANES > 1
-  int all = kernels_judge(map, size, (float)kernel_px, at, plane, id, group);
-  if (all >= 0) return FLOATL((float)all);
-#endif
-  if (kernel_px == 3) return lit_by_square(map, (int)size, 3, at, plane);
-  return lit_by_square(map, (int)size, (int)kernel_px, at, plane);
-}
-
 #ifdef HAS_DISC
 // Taps of a disc of radius 1: Vogel's spiral, tap k at radius sqrt((k + 1 / 2) / 32) and k times the golden angle; all
 // stand for the same area.
@@ -179,7 +91,7 @@ static inline FloatL blockers(FloatL *count, global const ShadowView *view, glob
   for (uint i = 0; i < SHADOW_DISC_TAPS; i++) {
     Float2 tap = disc_taps[i];
     FloatL dx = radius_px * FLOATL(tap.x), dy = radius_px * FLOATL(tap.y);
-    IntL x = LANE_CONVERT_INT(floor(at->x + dx)), y = LANE_CONVERT_INT(floor(at->y + dy));
+    IntL x = LANE_CONVERT_INT(floor_lane(at->x + dx)), y = LANE_CONVERT_INT(floor_lane(at->y + dy));
     FloatL depth = map_fetch(map, size, x, y);
     FloatL across_x = LANE_CONVERT_FLOAT(x) + FLOATL(0.5f) - at->x,
            across_y = LANE_CONVERT_FLOAT(y) + FLOATL(0.5f) - at->y;
@@ -209,34 +121,34 @@ static inline FloatL half_shadow_px(global const ShadowInfo *info, global const 
   return count > FLOATL(0) ? FLOATL(reach) * max_lane(apart, FLOATL(0)) : FLOATL(0);
 }
 
-static inline FloatL lit_by_disc(global const ShadowInfo *info, global const ShadowView *view, global const float *map,
+static inline FloatL lit_by_disc(global const ShadowInfo *info, global const ShadowView *view, const LightMap *map,
                                  const MapPoint *at, const PlaneDepth *plane, UintL id, IntL group)
 {
-  uint size = info->size_px;
-  FloatL radius = half_shadow_px(info, view, map, at, plane);
+  FloatL radius = half_shadow_px(info, view, map->texels, at, plane);
   IntL soft = (radius > FLOATL(0.5f)) & group;
   radius = min_lane(radius, FLOATL(SHADOW_DISC_PX));
-  FloatL lit = lit_by_kernel(map, size, 1, at, plane, id, group);
+  FloatL lit = lit_by_kernel(map, 1, at, plane, id, group);
   if (!any_lane(soft)) return lit;
   FloatL sum = FLOATL(0);
   for (uint i = 0; i < SHADOW_DISC_TAPS; i++) {
     Float2 tap = disc_taps[i];
-    IntL x = LANE_CONVERT_INT(floor(at->x + radius * FLOATL(tap.x)));
-    IntL y = LANE_CONVERT_INT(floor(at->y + radius * FLOATL(tap.y)));
-    sum += texel_lit(map, size, at, plane, x, y);
+    IntL x = LANE_CONVERT_INT(floor_lane(at->x + radius * FLOATL(tap.x)));
+    IntL y = LANE_CONVERT_INT(floor_lane(at->y + radius * FLOATL(tap.y)));
+    sum += texel_lit(map->texels, map->size, at, plane, x, y);
   }
   return soft ? sum * FLOATL(1.0f / SHADOW_DISC_TAPS) : lit;
 }
 #endif
 
-static inline FloatL lit_fraction(global const ShadowInfo *info, global const ShadowView *view, global const float *map,
+static inline FloatL lit_fraction(global const ShadowInfo *info, global const ShadowView *view, const LightMap *map,
                                   const MapPoint *at, const PlaneDepth *plane, UintL id, IntL group)
 {
 #ifdef HAS_DISC
   if (info->method == SHADOW_BY_PCSS) return lit_by_disc(info, view, map, at, plane, id, group);
 #endif
-  if (info->method == SHADOW_BY_PCF) return lit_by_kernel(map, info->size_px, info->kernel_px, at, plane, id, group);
-  return texel_lit(map, info->size_px, at, plane, LANE_CONVERT_INT(floor(at->x)), LANE_CONVERT_INT(floor(at->y)));
+  if (info->method == SHADOW_BY_PCF) return lit_by_kernel(map, info->kernel_px, at, plane, id, group);
+  return texel_lit(map->texels, info->size_px, at, plane, LANE_CONVERT_INT(floor_lane(at->x)),
+                   LANE_CONVERT_INT(floor_lane(at->y)));
 }
 
 // A point in a view, and its triangle's plane there.
@@ -262,16 +174,25 @@ static inline FloatL shadow_lit(global const ShadowInfo *info, global const Shad
 {
   views += info->first_view;
   maps += info->first_texel;
-  UintL chosen = shadow_view_choose(info, views, point);
   FloatL lit = FLOATL(1);
+#if LANES > 1
+  if (info->views == SHADOW_VIEWS_ONE) {  // is projected once
+    LightMap map = light_map(info, maps, 0);
+    ShadowLookup lookup = shadow_lookup(info, views, point, normal);
+    IntL within = mask & shadow_in_view(&lookup.at, info, views->raster.parallel);
+    if (!any_lane(within)) return lit;
+    return within ? lit_fraction(info, views, &map, &lookup.at, &lookup.plane, id, within) : lit;
+  }
+#endif
+  UintL chosen = shadow_view_choose(info, views, point);
   for (uint bits = lane_bits(mask & (chosen != UINTL(SHADOW_VIEW_NONE))); bits;) {
     uint number = LANE_UINT(chosen, lowest_bit(bits));
     IntL group = mask & (chosen == UINTL(number));
     bits &= ~lane_bits(group);
     global const ShadowView *view = &views[number];
-    global const float *map = maps + number * info->size_px * info->size_px;
+    LightMap map = light_map(info, maps, number);
     ShadowLookup lookup = shadow_lookup(info, view, point, normal);
-    lit = group ? lit_fraction(info, view, map, &lookup.at, &lookup.plane, id, group) : lit;
+    lit = group ? lit_fraction(info, view, &map, &lookup.at, &lookup.plane, id, group) : lit;
   }
   return lit;
 }

@@ -2,4 +2,5 @@
 
 #include "raster/chunks_seen.cl"
 #include "raster/depth_bins.cl"
+#include "raster/depth_planes.cl"
 #include "raster/depth_setup.cl"

@@ -291,6 +291,9 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
         if (!any_lane(reached)) continue;
       }
 #endif
+#if LANES > 1
+      if (!any_lane(reached)) continue;
+#endif
       Vec3L f = shade->model == LIGHTING_MODEL_PHONG ? brdf_phong(&s.reflectance, s.normal, to_eye, light.unit)
                                                      : brdf_pbr(&s.reflectance, s.normal, to_eye, light.unit);
       Vec3L arrives = mul3(mul3(f, light.irradiance), weight);

@@ -177,18 +177,17 @@ static inline FloatL ramp_doubt(FloatL lit)
 }
 
 #ifdef HAS_DISC
-static inline FloatL disc_doubt(global const ShadowInfo *info, global const ShadowView *view, global const float *map,
+static inline FloatL disc_doubt(global const ShadowInfo *info, global const ShadowView *view, const LightMap *map,
                                 const MapPoint *at, const PlaneDepth *plane, UintL id, IntL group)
 {
-  uint size = info->size_px;
-  if (!(info->radius > 0)) return ramp_doubt(lit_by_kernel(map, size, 1, at, plane, id, group));
-  FloatL doubt = ramp_doubt(lit_by_kernel(map, size, 3, at, plane, id, group));
-  FloatL radius = half_shadow_px(info, view, map, at, plane) + FLOATL(1), sum = FLOATL(0);
+  if (!(info->radius > 0)) return ramp_doubt(lit_by_kernel(map, 1, at, plane, id, group));
+  FloatL doubt = ramp_doubt(lit_by_kernel(map, 3, at, plane, id, group));
+  FloatL radius = half_shadow_px(info, view, map->texels, at, plane) + FLOATL(1), sum = FLOATL(0);
   for (uint i = 0; i < SHADOW_DISC_TAPS; i++) {
     Float2 tap = disc_taps[i];
     IntL x = LANE_CONVERT_INT(floor(at->x + radius * FLOATL(tap.x)));
     IntL y = LANE_CONVERT_INT(floor(at->y + radius * FLOATL(tap.y)));
-    sum += texel_lit(map, size, at, plane, x, y);
+    sum += texel_lit(map->texels, map->size, at, plane, x, y);
   }
   return max_lane(doubt, ramp_doubt(sum * FLOATL(1.0f / SHADOW_DISC_TAPS)));
 }
@@ -225,18 +224,18 @@ static inline FloatL view_doubt(const LightMaps *of, uint number, Vec3L point, c
 {
   global const ShadowInfo *info = of->info;
   global const ShadowView *view = &of->views[number];
-  global const float *map = of->maps + number * info->size_px * info->size_px;
+  LightMap map = light_map(info, of->maps, number);
   ShadowLookup lookup = shadow_lookup(info, view, point, receiver->normal);
   FloatL doubt;
   if (info->method == SHADOW_BY_TEXEL) {
-    doubt = texels_doubt(info, view, map, &lookup, receiver, lit);
-    if (!of->finer) doubt = texel_is_thin(map, info->size_px, &lookup.at, &lookup.plane) ? FLOATL(1) : doubt;
+    doubt = texels_doubt(info, view, map.texels, &lookup, receiver, lit);
+    if (!of->finer) doubt = texel_is_thin(map.texels, info->size_px, &lookup.at, &lookup.plane) ? FLOATL(1) : doubt;
 #ifdef HAS_DISC
   } else if (info->method == SHADOW_BY_PCSS) {
-    doubt = disc_doubt(info, view, map, &lookup.at, &lookup.plane, id, group);
+    doubt = disc_doubt(info, view, &map, &lookup.at, &lookup.plane, id, group);
 #endif
   } else {
-    doubt = ramp_doubt(lit_by_kernel(map, info->size_px, info->kernel_px, &lookup.at, &lookup.plane, id, group));
+    doubt = ramp_doubt(lit_by_kernel(&map, info->kernel_px, &lookup.at, &lookup.plane, id, group));
   }
   return is_grazed(view, point, receiver->normal) ? max_lane(doubt, FLOATL(DOUBT_GRAZED)) : doubt;
 }

@@ -11,4 +11,14 @@ static inline uint depth_map_index(uint x, uint y, uint size)
   return ((y / 4) * (size / 4) + x / 4) * 16 + y % 4 * 4 + x % 4;
 }
 
+// What bounds the texels of a block, 4 floats for its 16: LOW + BY_X x + BY_Y y is no more than texel (x, y) of it
+// where something is there, HIGH + BY_X x + BY_Y y no less where all of it is; INFINITY where nothing is, or not all.
+// But for rounding.
+#define DEPTH_PLANE_LOW 0
+#define DEPTH_PLANE_HIGH 1
+#define DEPTH_PLANE_BY_X 2
+#define DEPTH_PLANE_BY_Y 3
+#define DEPTH_PLANE_TEXELS 4    // for each float
+#define DEPTH_PLANES_ITEM 1024  // that one work-item finds
+
 #endif

@@ -1,6 +1,7 @@
 #include "passes/raster_depth.h"
 
 #include "passes/scene_args.h"
+#include "shared/depth_map.h"
 #include "shared/raster.h"
 
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
@@ -147,5 +148,22 @@ Status raster_depth(RasterDepth *raster, Device *device, const DeviceScene *scen
   TRY(raster_depth_into(raster, device, scene, triangles, views, view_count, &raster->maps, 0, log));
 
 done:
+  return status;
+}
+
+Status raster_depth_planes(Device *device, const DeviceScene *scene, const DeviceBuffer *maps, uint32_t first_texel,
+                           uint32_t texel_count, uint32_t first_plane, Log *log)
+{
+  Status status = STATUS_OK;
+  Program *program = NULL;
+  Kernel kernel = {0};
+  const uint32_t blocks = texel_count / 16;
+  TRY(raster_program(&program, device, scene, "raster/depth.cl", log));
+  TRY(program_kernel(&kernel, program, "depth_planes", log));
+  TRY(device_launch(device, &kernel, divide_up(blocks, DEPTH_PLANES_ITEM), texel_count, "bound blocks of depth maps",
+                    ARGS(ARG_BUFFER(*maps), ARG(first_texel), ARG(first_plane), ARG(blocks)), log));
+
+done:
+  kernel_free(&kernel);
   return status;
 }

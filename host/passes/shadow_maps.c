@@ -4,15 +4,29 @@
 #include <string.h>
 
 #include "passes/movers.h"
+#include "shared/depth_map.h"
 
 uint64_t shadow_bytes_most(const ShadowOptions *options, const Device *device)
 {
   return device_budget(device, options->max_bytes, 2000000000);
 }
 
+static uint32_t view_texels(const ShadowInfo *info) { return info->size_px * info->size_px; }
+
+// Words behind a light's maps: planes of their blocks, which lookups by kernels of texels take first on a device of
+// more than one lane, and what these read beyond the last.
+static uint32_t plane_words(const ShadowInfo *info, const Device *device)
+{
+  enum { BEYOND = 12, MULTIPLE = 16 };
+  bool by_kernels = info->method == SHADOW_BY_PCF || info->method == SHADOW_BY_PCSS;
+  if (!by_kernels || device_traits(device)->lanes == 1) return 0;
+  uint32_t words = info->view_count * (view_texels(info) / DEPTH_PLANE_TEXELS) + BEYOND;
+  return (words + MULTIPLE - 1) / MULTIPLE * MULTIPLE;
+}
+
 // The fits of all lights, one behind the other in what they take of views and texels; counts those left out.
 static void lights_fit(ShadowMaps *maps, ShadowFit *fits, const DeviceScene *scene, const Plan *plan,
-                       const CameraInfo *camera, uint64_t most)
+                       const CameraInfo *camera, uint64_t most, const Device *device)
 {
   const ShadowScope scope = {camera, scene->low, scene->high};
   uint32_t views = 0;
@@ -25,7 +39,7 @@ static void lights_fit(ShadowMaps *maps, ShadowFit *fits, const DeviceScene *sce
       *info = (ShadowInfo){0};
       continue;
     }
-    uint64_t bytes = (uint64_t)info->view_count * info->size_px * info->size_px * sizeof(float);
+    uint64_t bytes = ((uint64_t)info->view_count * view_texels(info) + plane_words(info, device)) * sizeof(float);
     if (maps->bytes + bytes > most) {
       *info = (ShadowInfo){0};
       maps->left_out++;
@@ -56,8 +70,6 @@ static Status tables_make(ShadowMaps *maps, Device *device, const ShadowFit *fit
 done:
   return status;
 }
-
-static uint32_t view_texels(const ShadowInfo *info) { return info->size_px * info->size_px; }
 
 // Do all maps lie where those before lay?
 static bool places_are_same(const ShadowMaps *maps, const ShadowMaps *before)
@@ -117,6 +129,10 @@ static Status light_draw(ShadowMaps *maps, const ShadowMaps *before, bool copied
                             info->first_texel + offset, texels, log));
   }
   TRY(views_draw(maps, device, scene, triangles, light, drawn, info->view_count - drawn, log));
+  if (plane_words(info, device) && (copied || maps->kept[light] < info->view_count)) {
+    const uint32_t texels = info->view_count * view_texels(info);
+    TRY(raster_depth_planes(device, scene, &maps->maps, info->first_texel, texels, info->first_texel + texels, log));
+  }
 
 done:
   return status;
@@ -136,7 +152,7 @@ Status shadow_maps_make(ShadowMaps *out, Device *device, const DeviceScene *scen
     status = log_no_memory(log, "shadow maps");
     goto done;
   }
-  lights_fit(&maps, fits, scene, plan, camera, most);
+  lights_fit(&maps, fits, scene, plan, camera, most, device);
   TRY(tables_make(&maps, device, fits, log));
   const bool same_places = before && places_are_same(&maps, before);
   if (same_places) {
