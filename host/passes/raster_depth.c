@@ -4,6 +4,10 @@
 #include "shared/depth_map.h"
 #include "shared/raster.h"
 
+static const char bins_path[] = "raster/depth.cl";
+
+enum { PROGRAM_USES = TESTS_MASKS | SKIPS_SHADOWLESS };
+
 static uint32_t smaller(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
 static uint32_t divide_up(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
@@ -13,8 +17,7 @@ static Status kernels_make(RasterDepth *raster, Device *device, const DeviceScen
   Status status = STATUS_OK;
   Program *program = NULL;
   const bool bins = raster->way == RASTER_WAY_BINS;
-  TRY(raster_program(&program, device, scene, bins ? "raster/depth.cl" : "raster/depth_direct.cl",
-                     TESTS_MASKS | SKIPS_SHADOWLESS, log));
+  TRY(raster_program(&program, device, scene, bins ? bins_path : "raster/depth_direct.cl", PROGRAM_USES, log));
   TRY(raster_items_make(&raster->items, program, RASTER_SIGHT_MAP, log));
   if (bins) {
     TRY(program_kernel(&raster->setup, program, "depth_setup", log));
@@ -158,7 +161,7 @@ Status raster_depth_planes(Device *device, const DeviceScene *scene, const Devic
   Program *program = NULL;
   Kernel kernel = {0};
   const uint32_t blocks = texel_count / 16;
-  TRY(raster_program(&program, device, scene, "raster/depth.cl", log));
+  TRY(raster_program(&program, device, scene, bins_path, PROGRAM_USES, log));
   TRY(program_kernel(&kernel, program, "depth_planes", log));
   TRY(device_launch(device, &kernel, divide_up(blocks, DEPTH_PLANES_ITEM), texel_count, "bound blocks of depth maps",
                     ARGS(ARG_BUFFER(*maps), ARG(first_texel), ARG(first_plane), ARG(blocks)), log));

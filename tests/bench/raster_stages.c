@@ -19,7 +19,8 @@ static Status depth_draw(RasterStages *stages, RasterDepth *raster, const Raster
                       &stages->base.log);
 }
 
-static Status map_draw(RasterStages *stages, int map)
+// The light's view of a map.
+static RasterView light_view(const RasterStages *stages, int map)
 {
   RasterView view = stages->views.light;
   for (Float4 *row = &view.x; row <= &view.y; row++) {  // rows are in texels
@@ -27,7 +28,30 @@ static Status map_draw(RasterStages *stages, int map)
     *row = (Float4){row->x * scale, row->y * scale, row->z * scale, row->w * scale};
   }
   view.width = view.height = map_px[map];
+  return view;
+}
+
+static Status map_draw(RasterStages *stages, int map)
+{
+  const RasterView view = light_view(stages, map);
   return depth_draw(stages, &stages->maps[map], &view, 1);
+}
+
+// As host/passes/shadow_maps.c does.
+static Status frame_map_draw(RasterStages *stages)
+{
+  Status status = STATUS_OK;
+  Device *device = stages->base.device;
+  const DeviceScene *scene = &stages->base.device_scene;
+  const RasterView view = light_view(stages, 1);
+  const uint32_t texels = map_px[1] * map_px[1];
+  TRY(raster_depth_into(&stages->maps[1], device, scene, &stages->triangles, &view, 1, &stages->frame_map, 0,
+                        &stages->base.log));
+  if (device_traits(device)->lanes > 1)
+    TRY(raster_depth_planes(device, scene, &stages->frame_map, 0, texels, texels, &stages->base.log));
+
+done:
+  return status;
 }
 
 static Status visibility_draw(RasterStages *stages)
@@ -67,7 +91,7 @@ Status raster_stage_run(RasterStages *stages, Stage stage)
   Log *log = &stages->base.log;
   if (stage == MAP_1024 || stage == MAP_2048) TRY(map_draw(stages, stage == MAP_2048));
   if (stage == CUBE) TRY(depth_draw(stages, &stages->cube, stages->views.faces, 6));
-  if (stage == FRAME) TRY(map_draw(stages, 1));
+  if (stage == FRAME) TRY(frame_map_draw(stages));
   if (stage == VISIBILITY) TRY(visibility_draw(stages));
   if (stage == SHADED || stage == FRAME) TRY(frame_render(&stages->frame, log));
   if (stage >= CAPTURE_256) TRY(capture_draw(&stages->captures[stage - CAPTURE_256], log));
@@ -149,6 +173,8 @@ static Status passes_make(RasterStages *stages)
   stages->tiles = info.tiles_per_row * (HEIGHT / TILE_SIZE);
   TRY(raster_scene_make(&stages->triangles, device, scene, &usual, log));
   for (int i = 0; i < MAPS; i++) TRY(raster_depth_make(&stages->maps[i], device, scene, map_px[i], 1, &usual, log));
+  const size_t texels = (size_t)map_px[1] * map_px[1], words = texels + texels / DEPTH_PLANE_TEXELS + 16;
+  TRY(buffer_create(&stages->frame_map, device, words * sizeof(float), NULL, "depth maps", log));
   TRY(raster_depth_make(&stages->cube, device, scene, CUBE_PX, 6, &usual, log));
   TRY(raster_visibility_make(&stages->visibility, device, scene, &usual, log));
   TRY(camera_rays_make(&stages->camera, device, &info, 1, log));
@@ -177,6 +203,7 @@ void raster_stages_close(RasterStages *stages)
   camera_rays_free(&stages->camera);
   raster_visibility_free(&stages->visibility);
   raster_depth_free(&stages->cube);
+  buffer_free(&stages->frame_map);
   for (int i = 0; i < MAPS; i++) raster_depth_free(&stages->maps[i]);
   raster_scene_free(&stages->triangles);
   frame_free(&stages->frame);
