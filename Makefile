@@ -1,6 +1,6 @@
 # make            build/frugal, and the image helper beside it
 # make demo       install what is missing, build, render a picture
-# make test       install what is missing, build, run the tests (some 5 minutes); TEST=part of a name runs fewer
+# make test       install what is missing, build, run the tests (some 4 minutes); TEST=part of a name runs fewer
 # make lint       format, includes as the rooms allow, warnings as errors; WERROR=1: in the build that was made so
 # make format     put the C, C++ and OpenCL C files into the project's format
 # make sanitize   the tests under address, leak and undefined-behaviour checks; TEST= as above

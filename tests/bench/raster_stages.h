@@ -37,8 +37,8 @@ void raster_stages_close(RasterStages *stages);
 // Runs one and waits for it. A depth map from a light that sees the whole scene; the six faces of a cube, depth alone,
 // by one view table; what the file's camera sees at 1080p as the hit stream that shading reads; the same shaded by one
 // light with 3 x 3 compares of its depth map of 2048, all that a render does from the wave of camera rays to the sums
-// of the picture; the whole frame: that depth map, with what lookups take of it besides, and the shaded camera; cubes as reflections capture them, radiance
-// and depth, by the same light.
+// of the picture; the whole frame: that depth map, with what lookups take of it besides, and the shaded camera; cubes
+// as reflections capture them, radiance and depth, by the same light.
 Status raster_stage_run(RasterStages *stages, Stage stage);
 
 // Mean time of each kernel since span `first`, over `rounds`.
