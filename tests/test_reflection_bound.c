@@ -9,11 +9,11 @@
 #include "support/bound_sweep.h"
 #include "support/picture_fixture.h"
 
-static void the_environment_states_its_error(void **state) { bound_sweep(REFLECTIONS_ENVIRONMENT, 1, 6); }
-static void cubes_state_their_error(void **state) { bound_sweep(REFLECTIONS_CUBE, 1, 8); }
-static void boxes_state_their_error(void **state) { bound_sweep(REFLECTIONS_BOX, 1, 8); }
-static void impostors_state_their_error(void **state) { bound_sweep(REFLECTIONS_IMPOSTOR, 1, 8); }
-static void rough_surfaces_state_their_error(void **state) { bound_sweep_rough(8); }
+static void the_environment_states_its_error(void **state) { bound_sweep(REFLECTIONS_ENVIRONMENT, 1, 8); }
+static void cubes_state_their_error(void **state) { bound_sweep(REFLECTIONS_CUBE, 1, 12); }
+static void boxes_state_their_error(void **state) { bound_sweep(REFLECTIONS_BOX, 1, 12); }
+static void impostors_state_their_error(void **state) { bound_sweep(REFLECTIONS_IMPOSTOR, 1, 12); }
+static void rough_surfaces_state_their_error(void **state) { bound_sweep_rough(12); }
 
 int main(void)
 {
