@@ -69,8 +69,9 @@ static bool shades_once(const Frame *frame)
 bool bounce_fills_picture(const Frame *frame, const Wave *wave)
 {
   const Plan *plan = &frame->request.plan;
-  return shades_once(frame) && !(frame->request.aovs & AOV_SET_REFLECTION) && wave->sample_count == 1 &&
-         !plan_sends_rays(plan) && !plan->reflected_rays && !plan->transmitted_rays;
+  const bool spawns = frame->light_segments > 0 || frame->shader.environment_segments > 0 || plan->reflected_rays ||
+                      plan->transmitted_rays;
+  return shades_once(frame) && !(frame->request.aovs & AOV_SET_REFLECTION) && wave->sample_count == 1 && !spawns;
 }
 
 static bool reads_keys(const Frame *frame, const Bounce *bounce)
