@@ -3,7 +3,7 @@
 #include "lib/camera_ray.cl"
 #include "lib/radiance.cl"
 #include "lib/ray_stream.cl"
-#include "lib/triangle.cl"
+#include "lib/triangle.cl"  // under no condition, as a file is included once
 #include "shared/scene.h"
 #include "shared/shade.h"
 #ifdef HAS_KEYS

@@ -32,7 +32,7 @@
 #include "shared/bvh.h"
 #include "shared/shadow.h"
 #if defined(HAS_SHADOW_MAPS) || defined(HAS_SURE_MAPS)
-#include "lib/shadow_view.cl"  // the same
+#include "lib/shadow_view.cl"  // here, as a file is included once
 #endif
 #ifdef HAS_SHADOW_MAPS
 #include "lib/shadow_lookup.cl"

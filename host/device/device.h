@@ -12,11 +12,13 @@
 typedef struct DeviceTraits {
   uint32_t lanes;          // LANES: rays or pixels that a work-item handles in one vector
   uint32_t rays_per_item;  // RAYS_PER_ITEM: rays that a work-item loops over
-  uint32_t group_size;     // work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew)
-  uint32_t wave_rays;      // rays in flight: what a stream buffer holds
-  uint32_t lean_waves;     // times as many where few hits send rays (plan_sends_rays); 0: once
-  bool wide_bvh;           // incoherent rays walk a Bvh8
-  bool fast_fma;           // FAST_FMA: fused multiply-add is one instruction
+  // Work-items of a work-group; one size per kernel, for ever (PoCL compiles each anew). Their rays are of one tile:
+  // group_size x rays_per_item divides TILE_PIXELS.
+  uint32_t group_size;
+  uint32_t wave_rays;   // rays in flight: what a stream buffer holds
+  uint32_t lean_waves;  // times as many where few hits send rays (plan_sends_rays); 0: once
+  bool wide_bvh;        // incoherent rays walk a Bvh8
+  bool fast_fma;        // FAST_FMA: fused multiply-add is one instruction
   // Of a work-item of raster, and of shading where few hits send rays, so that more are at work; 0: the compiler's.
   uint32_t raster_registers, lean_shade_registers;
 } DeviceTraits;
