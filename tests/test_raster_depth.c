@@ -352,10 +352,12 @@ static void sizes_that_do_not_fit_are_refused(void **state)
   for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
     RasterDepth raster;
     Log log = {0};
-    Status status = raster_depth_make(&raster, raster_device(RASTER_BINS_16), &fixture.scene, sizes[i], 1,
-                                      &(RasterOptions){0}, &log);
-    assert_int_equal(status, STATUS_USAGE);
+    Device *device = raster_device(RASTER_BINS_16);
+    const RasterView view = map_view_flat(sizes[i]);
+    raster_assert_ok(raster_depth_make(&raster, device, &fixture.scene, &(RasterOptions){0}, &raster_log));
+    assert_int_equal(raster_depth(&raster, device, &fixture.scene, &fixture.triangles, &view, 1, &log), STATUS_USAGE);
     assert_non_null(strstr(log.error, "multiple of 4"));
+    raster_depth_free(&raster);
   }
   raster_fixture_free(&fixture);
 }

@@ -87,18 +87,28 @@ static inline void block_prefetch(global const RasterBlock *block)
   for (uint i = 0; i < sizeof(RasterBlock); i += 64) PREFETCH((global const char *)block + i);
 }
 
-// Vertices of LANES triangles of a chunk, from number `first` on, relative to the view's origin.
-static inline void triangles_load(Vec3L corners[3], Vec3L relative[3], global const RasterBlock *blocks, uint first,
-                                  constant RasterView *view)
+// Vertices of LANES triangles of a chunk, from number `first` on.
+static inline void corners_load(Vec3L out[3], global const RasterBlock *blocks, uint first)
 {
   global const RasterBlock *block = &blocks[first / RASTER_STEP];
   uint slot = first % RASTER_STEP;
+  for (uint i = 0; i < 3; i++)
+    out[i] = vec3l(LANE_LOAD(block->vertex[i][0], slot), LANE_LOAD(block->vertex[i][1], slot),
+                   LANE_LOAD(block->vertex[i][2], slot));
+}
+
+// The same, relative to the view's origin.
+static inline void corners_relative(Vec3L out[3], const Vec3L corners[3], constant RasterView *view)
+{
   Vec3L origin = vec3l(FLOATL(view->origin.x), FLOATL(view->origin.y), FLOATL(view->origin.z));
-  for (uint i = 0; i < 3; i++) {
-    corners[i] = vec3l(LANE_LOAD(block->vertex[i][0], slot), LANE_LOAD(block->vertex[i][1], slot),
-                       LANE_LOAD(block->vertex[i][2], slot));
-    relative[i] = sub3(corners[i], origin);
-  }
+  for (uint i = 0; i < 3; i++) out[i] = sub3(corners[i], origin);
+}
+
+static inline void triangles_load(Vec3L corners[3], Vec3L relative[3], global const RasterBlock *blocks, uint first,
+                                  constant RasterView *view)
+{
+  corners_load(corners, blocks, first);
+  corners_relative(relative, corners, view);
 }
 
 static inline FloatL min3_lane(FloatL a, FloatL b, FloatL c) { return min_lane(min_lane(a, b), c); }

@@ -2,7 +2,7 @@
 //
 //   in    records, spans, starts, lists   triangles by bin (depth_setup.cl)
 //         blocks, and the scene's materials for MASK
-//   out   maps      [view][size * size] (shared/depth_map.h), from first_texel on
+//   out   maps      [size * size] of each view (shared/depth_map.h), from its first_texel on
 //
 //   Cost  about 20 ns a triangle and bin, 1 to 3 ns a triangle and block of 4 x 4 texels; 4 bytes a texel.
 //   Coverage and depth are those of lib/map_triangle.cl. A bin is drawn in memory of its own and stored once. With
@@ -150,10 +150,10 @@ static __attribute__((noinline)) void record_draw_clipped(global const uint *rec
 kernel void depth_bins(global const RasterBlock *blocks, constant RasterView *views, uint view_count, uint columns,
                        global const uint *item_starts, uint first_item, uint item_count, global const uint *records,
                        global const uint *spans, global const uint *starts, global const ushort *lists, uint begin,
-                       global float *maps, uint first_texel, global const TriangleCorners *corners,
-                       global const Float2 *uvs, global const Float4 *colors, uint vertex_count,
-                       global const MaterialInfo *materials, global const TextureInfo *textures,
-                       global const uchar4 *texels, constant float *linear_from_byte)
+                       global float *maps, global const TriangleCorners *corners, global const Float2 *uvs,
+                       global const Float4 *colors, uint vertex_count, global const MaterialInfo *materials,
+                       global const TextureInfo *textures, global const uchar4 *texels,
+                       constant float *linear_from_byte)
 {
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   uint item = get_global_id(0), list = item % (columns * columns), number = item / (columns * columns);
@@ -161,8 +161,7 @@ kernel void depth_bins(global const RasterBlock *blocks, constant RasterView *vi
   constant RasterView *view = &views[number];
   uint2 bin = (uint2)(list % columns, list / columns), px = bin * (uint)RASTER_BIN_PX;
   uint size = view->width, row_parts = size / 4 * BLOCK_PARTS;
-  global FloatL *map =
-      (global FloatL *)(maps + first_texel + number * size * size) + px.y / 4 * row_parts + px.x / 4 * BLOCK_PARTS;
+  global FloatL *map = (global FloatL *)(maps + view->first_texel) + px.y / 4 * row_parts + px.x / 4 * BLOCK_PARTS;
   Target to;
   to.window =
       (int4)((int)px.x, (int)px.y, min((int)(size - px.x), RASTER_BIN_PX), min((int)(size - px.y), RASTER_BIN_PX));

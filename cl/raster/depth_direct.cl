@@ -1,22 +1,28 @@
 // Raster of depth maps on a GPU, triangle by triangle: the least depth of each texel stays.
 //
-//   in    blocks, views   the scene's triangles, square maps of the same size
-//         items           chunks and views, of which [first_item, first_item + item_count) are drawn
-//   out   maps            [view][size * size] (shared/depth_map.h), from first_texel on, as the bits of floats
+//   in    blocks, bounds  the scene's triangles, of which chunks [first_chunk, first_chunk + chunk_count) are drawn
+//         views           square maps, [view_count]
+//   out   maps            [size * size] of each view (shared/depth_map.h), from its first_texel on, as the bits of floats
 //
 //   depth_clear   nothing is there yet
-//   depth_small   a work-item a triangle of an item: draws it if its box is small, else lists it
+//   depth_small   a work-item a triangle: draws it in those views where its box is small, lists it for others
 //   depth_split   a work-item a tile of a large box: lists it if the triangle has a part there
 //   depth_tiles   RASTER_TEAM work-items a listed tile
 //
-//   Cost  44 bytes a triangle and view of the chunks in view, a plane and three sums a triangle and texel of its box.
+//   Cost  44 bytes a triangle of the chunks in view, a plane and three sums a triangle and texel of its box.
 //   Depths are not below 0, so that their bits are in their order. LANES is 1. The list holds every triangle and view
 //   of a pass: nothing overflows. Coverage and depth are those of lib/map_triangle.cl, as in depth_bins.cl.
 
 #include "lib/boxes.cl"
 #include "lib/map_triangle.cl"
-#include "raster/chunks_seen.cl"
 #include "shared/depth_map.h"
+
+static inline bool is_drawn(global const RasterBlock *blocks, uint number)
+{
+  global const RasterBlock *block = &blocks[number / RASTER_STEP];
+  uint slot = number % RASTER_STEP;
+  return block->id[slot] != RASTER_UNUSED && !is_shadowless(block->flags[slot]);
+}
 
 // What drawing takes besides the triangle.
 typedef struct Scope {
@@ -27,11 +33,9 @@ typedef struct Scope {
 
 static inline MapTriangle triangle_setup(const Scope *scope, uint number)
 {
-  global const RasterBlock *block = &scope->blocks[number / RASTER_STEP];
-  uint slot = number % RASTER_STEP;
   Vec3L corners[3], a[3];
   triangles_load(corners, a, scope->blocks, number, scope->view);
-  return map_triangle_setup(scope->view, a, block->id[slot] == RASTER_UNUSED || is_shadowless(block->flags[slot]));
+  return map_triangle_setup(scope->view, a, !is_drawn(scope->blocks, number));
 }
 
 static inline bool triangle_window(WindowTriangle *out, const MapTriangle *t, int4 window)
@@ -93,10 +97,7 @@ static inline int4 box_window(RasterBox box)
   return (int4)(start.x, start.y, bounds.z - start.x + 1, bounds.w - start.y + 1);
 }
 
-static inline global uint *map_of(global uint *maps, const Scope *scope, uint view)
-{
-  return maps + view * scope->view->width * scope->view->width;
-}
+static inline global uint *map_of(global uint *maps, const Scope *scope) { return maps + scope->view->first_texel; }
 
 // Draws a window's texels, all of them or those of a member of a team that has `share`.
 static inline void window_draw(const WindowTriangle *t, int4 window, uint number, const Scope *scope, global uint *map,
@@ -176,49 +177,79 @@ static inline void tiles_pass(bool meets, const WindowTriangle *in, RasterBox bo
   if (place < list->room)
     tile_store(&list->tiles[place * RASTER_TILE_VECTORS], box, in);
   else
-    window_draw(in, box_window(box), box.number, scope, map_of(maps, scope, box.view), true, tile_share(0, 1));
+    window_draw(in, box_window(box), box.number, scope, map_of(maps, scope), true, tile_share(0, 1));
 }
 
-kernel void depth_clear(global uint *maps, uint first_texel, uint texel_count)
+kernel void depth_clear(global uint *maps, constant RasterView *views, uint view_count)
 {
-  global uint4 *to = (global uint4 *)(maps + first_texel);
-  for (uint i = get_global_id(0); i < texel_count / 4; i += get_global_size(0)) to[i] = (uint4)(as_uint(1.0f));
+  for (uint i = 0; i < view_count; i++) {
+    constant RasterView *view = &views[i];
+    global uint4 *to = (global uint4 *)(maps + view->first_texel);
+    uint count = view->width * view->width / 4;
+    for (uint at = get_global_id(0); at < count; at += get_global_size(0)) to[at] = (uint4)(as_uint(1.0f));
+  }
 }
 
-kernel void depth_small(global const RasterBlock *blocks, global const RasterBounds *bounds,
-                        global const RasterItem *items, uint first_item, uint item_count, constant RasterView *views,
-                        global uint *maps, uint first_texel, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+#if GROUP_SIZE < RASTER_VIEWS_MOST
+#error "a work-group has too few members to ask about all views at once"
+#endif
+
+// Which of a work-group's views, one for every bit, have something of the chunk on their map? Every member calls it.
+static inline uint views_meet(local uint *meeting, global const RasterBounds *bounds, constant RasterView *views,
+                              uint view_count, uint share, uint shares)
 {
-  local uint queued;
+  uint member = get_local_id(0);
+  if (member == 0) *meeting = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (member < view_count && member % shares == share && bounds_on_map(bounds, &views[member]))
+    atomic_or(meeting, 1u << member);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  return *meeting;
+}
+
+// A triangle is read once for all views. Where triangles are few, `shares` work-groups have every so many of its views.
+kernel void depth_small(global const RasterBlock *blocks, global const RasterBounds *bounds, uint first_chunk,
+                        uint chunk_count, constant RasterView *views, uint view_count, uint shares, global uint *maps,
+                        BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+{
+  local uint queued, meeting;
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  maps += first_texel;
   counts_turn(box_counts, set);
   // Whole work-groups return, here and below: a chunk is of whole ones.
-  uint slot = get_global_id(0);
-  if (slot >= item_count * RASTER_CHUNK) return;
-  RasterItem item = items[first_item + slot / RASTER_CHUNK];
-  uint view = item.view, number = item.chunk * RASTER_CHUNK + slot % RASTER_CHUNK;
-  Scope scope = {&views[view], blocks, &attributes};
-  if (!bounds_on_map(&bounds[item.chunk], scope.view)) return;
-  WindowTriangle in;
-  MapTriangle t = triangle_setup(&scope, number);
-  RasterBox box = box_of(number, view, (int4)(t.first_x, t.first_y, t.last_x, t.last_y));
-  bool small = !t.clipped && box_is_small(t.first_x, t.first_y, t.last_x, t.last_y);
-  box_list(!t.culled && !small ? box_tile_count(box) : 0, box, &queued, &first, boxes, box_starts, BOX_COUNTS);
-  if (t.culled || !small || !triangle_window(&in, &t, box_window(box))) return;
-  window_draw(&in, box_window(box), number, &scope, map_of(maps, &scope, view), true, tile_share(0, 1));
+  uint slot = get_global_id(0), chunk = slot / RASTER_CHUNK;
+  if (chunk >= chunk_count * shares) return;
+  uint share = chunk / chunk_count;
+  chunk = first_chunk + chunk % chunk_count;
+  uint number = chunk * RASTER_CHUNK + slot % RASTER_CHUNK;
+  uint bits = views_meet(&meeting, &bounds[chunk], views, view_count, share, shares);
+  if (!bits) return;
+  Vec3L corners_world[3];
+  corners_load(corners_world, blocks, number);
+  bool drawn = is_drawn(blocks, number);
+  for (; bits; bits &= bits - 1) {
+    uint view = lowest_bit(bits);
+    Scope scope = {&views[view], blocks, &attributes};
+    Vec3L a[3];
+    WindowTriangle in;
+    corners_relative(a, corners_world, scope.view);
+    MapTriangle t = map_triangle_setup(scope.view, a, !drawn);
+    RasterBox box = box_of(number, view, (int4)(t.first_x, t.first_y, t.last_x, t.last_y));
+    bool small = !t.clipped && box_is_small(t.first_x, t.first_y, t.last_x, t.last_y);
+    box_list(!t.culled && !small ? box_tile_count(box) : 0, box, &queued, &first, boxes, box_starts, BOX_COUNTS);
+    if (!t.culled && small && triangle_window(&in, &t, box_window(box)))
+      window_draw(&in, box_window(box), number, &scope, map_of(maps, &scope), true, tile_share(0, 1));
+  }
 }
 
 // A triangle that must be clipped goes through the list as the triangles of its fan.
-kernel void depth_split(global const RasterBlock *blocks, constant RasterView *views, global uint *maps,
-                        uint first_texel, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+kernel void depth_split(global const RasterBlock *blocks, constant RasterView *views, global uint *maps, BOX_PARAMETERS,
+                        ATTRIBUTE_PARAMETERS)
 {
   local uint queued, clipped;
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
   TileList list = {tiles, room, BOX_COUNTS, &queued, &first};
-  maps += first_texel;
   ulong all = BOX_TILES(BOX_COUNTS[RASTER_BOX_COUNT]);
   uint box_count = (uint)(BOX_COUNTS[RASTER_BOX_COUNT] >> BOX_SHIFT);
   for (ulong begin = get_group_id(0) * GROUP_SIZE; begin < all; begin += get_global_size(0)) {
@@ -259,15 +290,14 @@ static inline void tile_draw(global const uint4 *from, TileShare share, constant
   WindowTriangle in;
   RasterBox box = tile_load(&in, from);
   Scope scope = {&views[box.view], blocks, attributes};
-  window_draw(&in, box_window(box), box.number, &scope, map_of(maps, &scope, box.view), false, share);
+  window_draw(&in, box_window(box), box.number, &scope, map_of(maps, &scope), false, share);
 }
 
-kernel void depth_tiles(global const RasterBlock *blocks, constant RasterView *views, global uint *maps,
-                        uint first_texel, BOX_PARAMETERS, ATTRIBUTE_PARAMETERS)
+kernel void depth_tiles(global const RasterBlock *blocks, constant RasterView *views, global uint *maps, BOX_PARAMETERS,
+                        ATTRIBUTE_PARAMETERS)
 {
   local ulong first;
   AttributeSources attributes = {corners, uvs, colors, vertex_count, materials, textures, texels, linear_from_byte};
-  maps += first_texel;
   uint listed = (uint)min(BOX_COUNTS[RASTER_TILE_COUNT], (ulong)room), teams = tile_teams(listed);
   uint count = listed * teams, team = get_local_id(0) / RASTER_TEAM;
   for (uint i = tiles_take(&first, BOX_COUNTS); i < count; i = tiles_take(&first, BOX_COUNTS)) {

@@ -84,6 +84,8 @@ SHARED_SIZE(RasterBox, 16);
 #define RASTER_LISTED_SAMPLES 1024  // of small triangles, that a work-group lists before it draws them
 #define RASTER_TILE_VECTORS 6       // of four words: a triangle set up for a tile, as cl/raster/*_direct.cl say
 
+#define RASTER_VIEWS_MOST 32  // that one launch of the direct way draws: bits of a word
+
 // Counts of those lists, of 64 bits each; two sets of them.
 #define RASTER_BOX_COUNT 0    // boxes to split and their tiles: cl/lib/boxes.cl
 #define RASTER_TILE_COUNT 1   // tiles

@@ -15,7 +15,7 @@ typedef struct ShadowView {
   Float3 sight_0, sight_x, sight_y;
   Float3 axis;
 } ShadowView;
-SHARED_SIZE(ShadowView, 184);
+SHARED_SIZE(ShadowView, 188);
 
 #define SHADOW_VIEWS_MOST 6
 

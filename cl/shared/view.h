@@ -18,16 +18,17 @@ typedef struct RasterView {
   float norm_x, norm_y, norm_w;  // lengths of the first three numbers of the rows
   float near, far;
   float depth_far, depth_by_w;
-  float least_w;  // map: nothing nearer to the eye plane is drawn
-  uint parallel;  // w is 1
-  uint mirrored;  // x, y and w are the axes of a left-handed system
+  float least_w;     // map: nothing nearer to the eye plane is drawn
+  uint first_texel;  // map: where its texels begin (shared/depth_map.h), a multiple of 16
+  uint parallel;     // w is 1
+  uint mirrored;     // x, y and w are the axes of a left-handed system
   uint width, height;
   // Camera: bounds on what rounding may do between a vertex as set up here and where a sample's ray meets it. On the
   // picture: error_px (largest |a| / w)^2 pixels, or in parallel projection error_px + error_px_m x largest |a|. In
   // depth: 4 RASTER_ROUNDING x largest |a| + error_m.
   float error_px, error_px_m, error_m;
 } RasterView;
-SHARED_SIZE(RasterView, 136);
+SHARED_SIZE(RasterView, 140);
 
 #define RASTER_ROUNDING 3.814697e-6f  // 64 x 2^-24
 

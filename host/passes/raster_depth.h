@@ -11,27 +11,24 @@ typedef struct RasterDepth {
   RasterWay way;
   Kernel setup, bins;                // RASTER_WAY_BINS
   Kernel clear, small, split, draw;  // RASTER_WAY_DIRECT
-  DeviceBuffer views;                // RasterView [view_capacity]
+  DeviceBuffer views;                // RasterView, of those at hand
   RasterOptions options;
-  RasterItems items;
+  RasterItems items;  // RASTER_WAY_BINS
   RasterBins binned;  // of one pass
   RasterBoxes boxes;  // of one pass
-  DeviceBuffer maps;  // of raster_depth: float [view_capacity][size * size] (shared/depth_map.h)
-  uint32_t size_px, view_capacity;
+  DeviceBuffer maps;  // of raster_depth (shared/depth_map.h)
 } RasterDepth;
 
-// For maps of size_px (a multiple of 4, at most 8192) texels a side, `view_capacity` at a time, and a scene,
-// or others alike. Errors: STATUS_USAGE for other sizes, those of program_build and buffer_create.
-Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *scene, uint32_t size_px,
-                         uint32_t view_capacity, const RasterOptions *options, Log *log);
+// For a scene, or others alike. Errors: those of program_build and buffer_create.
+Status raster_depth_make(RasterDepth *out, Device *device, const DeviceScene *scene, const RasterOptions *options,
+                         Log *log);
 void raster_depth_free(RasterDepth *raster);
 
-// Draws the scene into maps [0, view_count) of raster->maps, which the first call makes, or into those from
-// `first_texel` on (a multiple of 16) of a buffer of the caller's. Returns when the launches are queued. Errors: those
-// of buffer_create.
+// Draws the scene into the maps of all views, each from its first_texel on, in a buffer of the caller's; or one behind
+// the other in raster->maps. Views are square, of any sizes that are multiples of 4 and at most 8192. Returns when the
+// launches are queued. Errors: STATUS_USAGE for other sizes, those of buffer_create.
 Status raster_depth_into(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                         const RasterView *views, uint32_t view_count, const DeviceBuffer *maps, uint32_t first_texel,
-                         Log *log);
+                         const RasterView *views, uint32_t view_count, const DeviceBuffer *maps, Log *log);
 Status raster_depth(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                     const RasterView *views, uint32_t view_count, Log *log);
 

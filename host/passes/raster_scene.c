@@ -16,7 +16,7 @@ RasterWay raster_way(const RasterOptions *options, const Device *device)
 uint32_t raster_pass_chunks(const RasterOptions *options, const Device *device, RasterWay way)
 {
   const bool direct = way == RASTER_WAY_DIRECT;
-  const uint64_t usual = direct ? 4096 : 2048, chunk_bytes = (direct ? 24 : 160) * RASTER_CHUNK;
+  const uint64_t usual = direct ? 8192 : 2048, chunk_bytes = (direct ? 24 : 160) * RASTER_CHUNK;
   const uint64_t room = device_info(device)->memory_bytes / 8 / chunk_bytes + 1;
   if (options->pass_chunks) return options->pass_chunks;
   return (uint32_t)(usual < room ? usual : room);

@@ -92,49 +92,55 @@ static bool view_stayed(const ShadowMaps *maps, const ShadowMaps *before, uint32
   return memcmp(now, then, sizeof *now) == 0 && !moved_casters_seen(scene, &now->raster);
 }
 
-// Draws views [first, first + count) of a light.
-static Status views_draw(const ShadowMaps *maps, Device *device, const DeviceScene *scene, const RasterScene *triangles,
-                         uint32_t light, uint32_t first, uint32_t count, Log *log)
+// Takes the views of a light that stayed from the maps before; `copied`, they lie in another buffer as yet. Appends the
+// others to `views`, [*count].
+static Status light_keep(ShadowMaps *maps, const ShadowMaps *before, bool copied, Device *device,
+                         const DeviceScene *scene, uint32_t light, RasterView *views, uint32_t *count, Log *log)
 {
   Status status = STATUS_OK;
-  RasterDepth raster = {0};
-  RasterView views[SHADOW_VIEWS_MOST];
   const ShadowInfo *info = &maps->lights[light];
-  if (count == 0) return STATUS_OK;
-  for (uint32_t i = 0; i < count; i++) views[i] = maps->view_table[info->first_view + first + i].raster;
-  TRY(raster_depth_make(&raster, device, scene, info->size_px, count, &(RasterOptions){0}, log));
-  TRY(raster_depth_into(&raster, device, scene, triangles, views, count, &maps->maps,
-                        info->first_texel + first * view_texels(info), log));
+  const size_t texels = view_texels(info);
+  for (uint32_t view = 0; view < info->view_count; view++) {
+    if (!view_stayed(maps, before, light, view, scene)) {
+      views[*count] = maps->view_table[info->first_view + view].raster;
+      views[(*count)++].first_texel = (uint32_t)(info->first_texel + view * texels);
+      continue;
+    }
+    maps->kept[light]++;
+    if (copied)
+      TRY(buffer_copy_words(device, &before->maps, before->lights[light].first_texel + view * texels, &maps->maps,
+                            info->first_texel + view * texels, texels, log));
+  }
 
 done:
-  raster_depth_free(&raster);
   return status;
 }
 
-// Draws what did not stay of a light's maps; `copied`, the rest lies in another buffer as yet.
-static Status light_draw(ShadowMaps *maps, const ShadowMaps *before, bool copied, Device *device,
-                         const DeviceScene *scene, const RasterScene *triangles, uint32_t light, Log *log)
+// Draws what did not stay of all maps, at once.
+static Status maps_draw(ShadowMaps *maps, const ShadowMaps *before, bool copied, Device *device,
+                        const DeviceScene *scene, const RasterScene *triangles, Log *log)
 {
   Status status = STATUS_OK;
-  const ShadowInfo *info = &maps->lights[light];
-  uint32_t drawn = 0;  // views before it are done
-  for (uint32_t view = 0; view < info->view_count; view++) {
-    if (!view_stayed(maps, before, light, view, scene)) continue;
-    TRY(views_draw(maps, device, scene, triangles, light, drawn, view - drawn, log));
-    drawn = view + 1;
-    maps->kept[light]++;
-    const size_t texels = view_texels(info), offset = view * texels;
-    if (copied)
-      TRY(buffer_copy_words(device, &before->maps, before->lights[light].first_texel + offset, &maps->maps,
-                            info->first_texel + offset, texels, log));
+  RasterDepth raster = {0};
+  uint32_t count = 0;
+  RasterView *views = malloc(maps->view_count * sizeof *views + 1);
+  if (!views) return log_no_memory(log, "shadow maps");
+  for (uint32_t i = 0; i < maps->light_count; i++)
+    TRY(light_keep(maps, before, copied, device, scene, i, views, &count, log));
+  if (count) {
+    TRY(raster_depth_make(&raster, device, scene, &(RasterOptions){0}, log));
+    TRY(raster_depth_into(&raster, device, scene, triangles, views, count, &maps->maps, log));
   }
-  TRY(views_draw(maps, device, scene, triangles, light, drawn, info->view_count - drawn, log));
-  if (plane_words(info, device) && (copied || maps->kept[light] < info->view_count)) {
+  for (uint32_t i = 0; i < maps->light_count; i++) {
+    const ShadowInfo *info = &maps->lights[i];
     const uint32_t texels = info->view_count * view_texels(info);
-    TRY(raster_depth_planes(device, scene, &maps->maps, info->first_texel, texels, info->first_texel + texels, log));
+    if (plane_words(info, device) && (copied || maps->kept[i] < info->view_count))
+      TRY(raster_depth_planes(device, scene, &maps->maps, info->first_texel, texels, info->first_texel + texels, log));
   }
 
 done:
+  raster_depth_free(&raster);
+  free(views);
   return status;
 }
 
@@ -161,8 +167,7 @@ Status shadow_maps_make(ShadowMaps *out, Device *device, const DeviceScene *scen
   } else {
     TRY(buffer_create(&maps.maps, device, maps.bytes, NULL, "shadow maps", log));
   }
-  for (uint32_t i = 0; i < maps.light_count; i++)
-    TRY(light_draw(&maps, before, !same_places, device, scene, triangles, i, log));
+  TRY(maps_draw(&maps, before, !same_places, device, scene, triangles, log));
   if (maps.left_out)
     log_warn(log, "--shadows: maps of %u of %u lights would take over %.1f GB: these lights' shadows are traced",
              maps.left_out, maps.light_count, 1e-9 * (double)most);

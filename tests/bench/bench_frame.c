@@ -20,7 +20,7 @@ static double spans_ms(const Timeline *timeline, size_t first)
   return sum_ms;
 }
 
-static Status stage_time(double *median_ms, RasterStages *stages, Stage stage, bool verbose)
+static Status stage_time(RasterStages *stages, Stage stage, bool verbose)
 {
   Status status = STATUS_OK;
   double ms[ROUNDS];
@@ -32,8 +32,7 @@ static Status stage_time(double *median_ms, RasterStages *stages, Stage stage, b
     TRY(raster_stage_run(stages, stage));
     ms[round] = spans_ms(timeline, first);
   }
-  *median_ms = bench_median(ms, ROUNDS);
-  printf("  %-18s %8.3f ms\n", stage_names[stage], *median_ms);
+  printf("  %-18s %8.3f ms\n", stage_names[stage], bench_median(ms, ROUNDS));
   if (verbose) raster_kernels_print(timeline, all, ROUNDS);
 
 done:
@@ -44,11 +43,9 @@ static Status scene_time(const char *device, const char *path, bool verbose)
 {
   Status status = STATUS_OK;
   RasterStages stages;
-  double ms[STAGES];
   TRY(raster_stages_open(&stages, path, device, 0));
   printf("%s: %u triangles; %s\n", path, stages.triangles.triangle_count, device_info(stages.base.device)->name);
-  for (Stage stage = 0; stage < STAGES; stage++) TRY(stage_time(&ms[stage], &stages, stage, verbose));
-  printf("  frame and cube     %8.3f ms\n", ms[FRAME] + ms[CUBE]);
+  for (Stage stage = 0; stage < STAGES; stage++) TRY(stage_time(&stages, stage, verbose));
 
 done:
   if (status) fprintf(stderr, "bench_frame: %s\n", stages.base.log.error);

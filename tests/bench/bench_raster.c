@@ -301,7 +301,7 @@ static Status bench_run(Bench *bench, const char *path, bool verbose, Total tota
          device_info(ours->base.device)->name, device_traits(ours->base.device)->lanes, gl_peer_name(bench->peer));
   sameness_check(bench);
   printf("  medians of %-2d       ours ms theirs ms   ratio processor  B/pixel  B/triangle\n", ROUNDS);
-  for (Stage stage = 0; stage < STAGES; stage++) stage_run(bench, stage, verbose, totals);
+  for (Stage stage = 0; stage < PEER_STAGES; stage++) stage_run(bench, stage, verbose, totals);
 
 done:
   if (status) fprintf(stderr, "bench_raster: %s\n", log_of(bench)->error);

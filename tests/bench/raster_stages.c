@@ -9,9 +9,12 @@
 #include "shared/raster.h"
 #include "shared/stream.h"
 
-const uint32_t map_px[MAPS] = {1024, 2048}, capture_px[CAPTURES] = {256, 512};
-const char *const stage_names[STAGES] = {"depth map 1024",     "depth map 2048", "cube 6 x 256",    "visibility 1080p",
-                                         "shaded 1080p + PCF", "whole frame",    "capture 6 x 256", "capture 6 x 512"};
+enum { FRAME_MAP_PX = 2048, FRAME_MAP_WORDS = FRAME_MAP_PX * FRAME_MAP_PX / DEPTH_PLANE_TEXELS * 5 + 16 };
+
+const uint32_t map_px[MAPS] = {1024, FRAME_MAP_PX}, capture_px[CAPTURES] = {256, 512};
+const char *const stage_names[STAGES] = {"depth map 1024",   "depth map 2048",     "cube 6 x 256",
+                                         "visibility 1080p", "shaded 1080p + PCF", "whole frame",
+                                         "capture 6 x 256",  "capture 6 x 512",    "frame and cube"};
 
 static Status depth_draw(RasterStages *stages, RasterDepth *raster, const RasterView *views, uint32_t count)
 {
@@ -37,18 +40,23 @@ static Status map_draw(RasterStages *stages, int map)
   return depth_draw(stages, &stages->maps[map], &view, 1);
 }
 
-// As host/passes/shadow_maps.c does.
-static Status frame_map_draw(RasterStages *stages)
+// All maps at once, as host/passes/shadow_maps.c does.
+static Status frame_maps_draw(RasterStages *stages, bool with_cube)
 {
+  enum { FACES = 6 };
   Status status = STATUS_OK;
   Device *device = stages->base.device;
   const DeviceScene *scene = &stages->base.device_scene;
-  const RasterView view = light_view(stages, 1);
   const uint32_t texels = map_px[1] * map_px[1];
-  TRY(raster_depth_into(&stages->maps[1], device, scene, &stages->triangles, &view, 1, &stages->frame_map, 0,
-                        &stages->base.log));
+  RasterView views[1 + FACES] = {light_view(stages, 1)};
+  for (uint32_t i = 0; i < FACES; i++) {
+    views[1 + i] = stages->views.faces[i];
+    views[1 + i].first_texel = FRAME_MAP_WORDS + i * CUBE_PX * CUBE_PX;
+  }
+  TRY(raster_depth_into(&stages->maps[1], device, scene, &stages->triangles, views, with_cube ? 1 + FACES : 1,
+                        &stages->frame_maps, &stages->base.log));
   if (device_traits(device)->lanes > 1)
-    TRY(raster_depth_planes(device, scene, &stages->frame_map, 0, texels, texels, &stages->base.log));
+    TRY(raster_depth_planes(device, scene, &stages->frame_maps, 0, texels, texels, &stages->base.log));
 
 done:
   return status;
@@ -91,10 +99,11 @@ Status raster_stage_run(RasterStages *stages, Stage stage)
   Log *log = &stages->base.log;
   if (stage == MAP_1024 || stage == MAP_2048) TRY(map_draw(stages, stage == MAP_2048));
   if (stage == CUBE) TRY(depth_draw(stages, &stages->cube, stages->views.faces, 6));
-  if (stage == FRAME) TRY(frame_map_draw(stages));
+  const bool with_cube = stage == FRAME_AND_CUBE, whole = with_cube || stage == FRAME;
+  if (whole) TRY(frame_maps_draw(stages, with_cube));
   if (stage == VISIBILITY) TRY(visibility_draw(stages));
-  if (stage == SHADED || stage == FRAME) TRY(frame_render(&stages->frame, log));
-  if (stage >= CAPTURE_256) TRY(capture_draw(&stages->captures[stage - CAPTURE_256], log));
+  if (stage == SHADED || whole) TRY(frame_render(&stages->frame, log));
+  if (stage == CAPTURE_256 || stage == CAPTURE_512) TRY(capture_draw(&stages->captures[stage - CAPTURE_256], log));
   TRY(device_finish(stages->base.device, log));
 
 done:
@@ -172,10 +181,10 @@ static Status passes_make(RasterStages *stages)
   info.far_m = INFINITY;  // as in OpenGL's matrix above
   stages->tiles = info.tiles_per_row * (HEIGHT / TILE_SIZE);
   TRY(raster_scene_make(&stages->triangles, device, scene, &usual, log));
-  for (int i = 0; i < MAPS; i++) TRY(raster_depth_make(&stages->maps[i], device, scene, map_px[i], 1, &usual, log));
-  const size_t texels = (size_t)map_px[1] * map_px[1], words = texels + texels / DEPTH_PLANE_TEXELS + 16;
-  TRY(buffer_create(&stages->frame_map, device, words * sizeof(float), NULL, "depth maps", log));
-  TRY(raster_depth_make(&stages->cube, device, scene, CUBE_PX, 6, &usual, log));
+  for (int i = 0; i < MAPS; i++) TRY(raster_depth_make(&stages->maps[i], device, scene, &usual, log));
+  const size_t words = FRAME_MAP_WORDS + 6 * CUBE_PX * CUBE_PX;
+  TRY(buffer_create(&stages->frame_maps, device, words * sizeof(float), NULL, "depth maps", log));
+  TRY(raster_depth_make(&stages->cube, device, scene, &usual, log));
   TRY(raster_visibility_make(&stages->visibility, device, scene, &usual, log));
   TRY(camera_rays_make(&stages->camera, device, &info, 1, log));
   TRY(hit_stream_make(&stages->hits, device, stages->tiles * TILE_PIXELS, log));
@@ -203,7 +212,7 @@ void raster_stages_close(RasterStages *stages)
   camera_rays_free(&stages->camera);
   raster_visibility_free(&stages->visibility);
   raster_depth_free(&stages->cube);
-  buffer_free(&stages->frame_map);
+  buffer_free(&stages->frame_maps);
   for (int i = 0; i < MAPS; i++) raster_depth_free(&stages->maps[i]);
   raster_scene_free(&stages->triangles);
   frame_free(&stages->frame);

@@ -10,7 +10,20 @@
 enum { WIDTH = 1920, HEIGHT = 1080, PIXELS = WIDTH * HEIGHT, MAPS = 2, CUBE_PX = 256, CAPTURES = 2 };
 extern const uint32_t map_px[MAPS], capture_px[CAPTURES];
 
-typedef enum Stage { MAP_1024, MAP_2048, CUBE, VISIBILITY, SHADED, FRAME, CAPTURE_256, CAPTURE_512, STAGES } Stage;
+// The last draws more than the peer.
+typedef enum Stage {
+  MAP_1024,
+  MAP_2048,
+  CUBE,
+  VISIBILITY,
+  SHADED,
+  FRAME,
+  CAPTURE_256,
+  CAPTURE_512,
+  PEER_STAGES,
+  FRAME_AND_CUBE = PEER_STAGES,
+  STAGES
+} Stage;
 extern const char *const stage_names[STAGES];
 
 // A scene, every triangle of it opaque and double-sided, and the passes that draw it.
@@ -18,7 +31,7 @@ typedef struct RasterStages {
   BenchScene base;
   RasterScene triangles;
   RasterDepth maps[MAPS], cube;
-  DeviceBuffer frame_map;  // the frame's depth map, and the planes of its blocks where shading asks for them
+  DeviceBuffer frame_maps;  // the frame's depth map, the planes of its blocks where shading asks for them, and a cube
   RasterVisibility visibility;
   CameraRays camera;
   HitStream hits;
@@ -38,7 +51,7 @@ void raster_stages_close(RasterStages *stages);
 // by one view table; what the file's camera sees at 1080p as the hit stream that shading reads; the same shaded by one
 // light with 3 x 3 compares of its depth map of 2048, all that a render does from the wave of camera rays to the sums
 // of the picture; the whole frame: that depth map, with what lookups take of it besides, and the shaded camera; cubes
-// as reflections capture them, radiance and depth, by the same light.
+// as reflections capture them, radiance and depth, by the same light; the frame with the depth cube of a point light.
 Status raster_stage_run(RasterStages *stages, Stage stage);
 
 // Mean time of each kernel since span `first`, over `rounds`.

@@ -197,7 +197,7 @@ static Status depth_maps(Device *device, const DeviceScene *scene, RasterWay way
   RasterDepth raster = {0};
   float maps[SIZE * SIZE * VIEWS];
   TRY(raster_scene_make(&triangles, device, scene, &options, &picture_log));
-  TRY(raster_depth_make(&raster, device, scene, SIZE, VIEWS, &options, &picture_log));
+  TRY(raster_depth_make(&raster, device, scene, &options, &picture_log));
   TRY(raster_depth(&raster, device, scene, &triangles, views, VIEWS, &picture_log));
   TRY(buffer_read(device, &raster.maps, maps, sizeof maps, &picture_log));
   for (int i = 0; i < SIZE * SIZE * VIEWS; i++)

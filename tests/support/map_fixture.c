@@ -48,7 +48,7 @@ float *maps_draw(RasterFixture *fixture, const RasterView *views, uint32_t view_
   uint32_t size = views[0].width;
   size_t texels = (size_t)size * size;
   all.way = variant == RASTER_DIRECT_1 ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
-  raster_assert_ok(raster_depth_make(&raster, device, &fixture->scene, size, view_count, &all, &raster_log));
+  raster_assert_ok(raster_depth_make(&raster, device, &fixture->scene, &all, &raster_log));
   RasterView *before = oracle_array(view_count, sizeof *before);
   for (uint32_t i = 0; i < view_count; i++) {
     before[i] = views[i];
