@@ -18,10 +18,13 @@ typedef struct ClipPolygon {
   uint count;
 } ClipPolygon;
 
-// Keeps what has dot(plane, (x, y, depth, w)) >= least.
+// Keeps what has dot(plane, (x, y, depth, w)) >= least. Most planes cut nothing off.
 static inline void polygon_cut(ClipPolygon *polygon, float4 plane, float least)
 {
   ClipPolygon out;
+  bool whole = true;
+  for (uint i = 0; i < polygon->count; i++) whole = whole && dot(polygon->vertex[i], plane) - least >= 0;
+  if (whole) return;
   out.count = 0;
   for (uint i = 0; i < polygon->count; i++) {
     float4 a = polygon->vertex[i], b = polygon->vertex[i + 1 == polygon->count ? 0 : i + 1];

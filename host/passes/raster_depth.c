@@ -105,10 +105,11 @@ done:
   return status;
 }
 
-// How many work-groups have the views of a chunk: more where triangles alone would not fill the device.
+// How many work-groups have the views of a chunk: more where triangles alone would not fill the device several times.
 static uint32_t chunk_shares(const Device *device, uint32_t chunks, uint32_t view_count)
 {
-  return larger(1, smaller(view_count, (uint32_t)(raster_box_items(device) / ((size_t)chunks * RASTER_CHUNK + 1))));
+  const size_t enough = 4 * raster_box_items(device);
+  return larger(1, smaller(view_count, (uint32_t)(enough / ((size_t)chunks * RASTER_CHUNK + 1))));
 }
 
 // Views of any sizes, at most RASTER_VIEWS_MOST.
