@@ -121,7 +121,7 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
   bin->offset = offset;
   bin->px = bin_px;
   bin->is_parallel = camera->orthographic;
-  bin->parallel = broadcast3(camera->forward);
+  bin->parallel = BROADCAST3(camera->forward);
   bin->shared_axis = AXIS_MIXED;
   for (uint row = 0; row < BIN_SIDE; row++) {
     bin->inside[row] = bin->changed[row] = 0;

@@ -37,7 +37,8 @@ typedef struct CameraRay {
   Vec3L origin, direction;  // the direction has a component of 1 along the view axis
 } CameraRay;
 
-static inline Vec3L broadcast3(Float3 v) { return vec3l(FLOATL(v.x), FLOATL(v.y), FLOATL(v.z)); }
+// A Float3 for all lanes. Not a function: NVIDIA's compiler copies a structure that is passed byte by byte.
+#define BROADCAST3(v) vec3l(FLOATL((v).x), FLOATL((v).y), FLOATL((v).z))
 
 // Ray through sample `offset` (0..1 from the top left) of pixels (x, y).
 static inline CameraRay camera_ray(constant CameraInfo *camera, UintL x, UintL y, Float2 offset)
@@ -47,8 +48,8 @@ static inline CameraRay camera_ray(constant CameraInfo *camera, UintL x, UintL y
       (LANE_CONVERT_FLOAT(x + UINTL(camera->crop_x)) + FLOATL(offset.x)) * scale - FLOATL(camera->center_x);
   FloatL to_down =
       (LANE_CONVERT_FLOAT(y + UINTL(camera->crop_y)) + FLOATL(offset.y)) * scale - FLOATL(camera->center_y);
-  Vec3L across = add3(scale3(broadcast3(camera->right), to_right), scale3(broadcast3(camera->down), to_down));
-  Vec3L position = broadcast3(camera->position), forward = broadcast3(camera->forward);
+  Vec3L across = add3(scale3(BROADCAST3(camera->right), to_right), scale3(BROADCAST3(camera->down), to_down));
+  Vec3L position = BROADCAST3(camera->position), forward = BROADCAST3(camera->forward);
   CameraRay ray = {camera->orthographic ? add3(position, across) : position,
                    camera->orthographic ? forward : add3(forward, across)};
   return ray;

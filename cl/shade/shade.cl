@@ -87,8 +87,8 @@ static inline Vec3L shade_misses(IntL missed, Vec3L direction, Vec3L weight, Flo
                                  constant EnvironmentInfo *environment, global const Float4 *environment_pixels,
                                  global const float *environment_table)
 {
-  if (shade->primary && shade->flat_background) return mul3(broadcast3(shade->background), weight);
-  if (environment->kind == ENVIRONMENT_KIND_CONSTANT) return mul3(broadcast3(environment->zenith), weight);
+  if (shade->primary && shade->flat_background) return mul3(BROADCAST3(shade->background), weight);
+  if (environment->kind == ENVIRONMENT_KIND_CONSTANT) return mul3(BROADCAST3(environment->zenith), weight);
   ImagePlace place;
   Vec3L unit = unit3(direction), seen = environment_radiance_at(environment, environment_pixels, unit, missed, &place);
 #ifdef HAS_LOBES
