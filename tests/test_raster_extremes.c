@@ -201,6 +201,32 @@ static void slivers_side_by_side_leave_no_hole_in_a_map(void **state)
   free(map);
 }
 
+// Maps of all lights are drawn at once: more of them, of more sizes, than one launch takes.
+static void maps_of_any_sizes_are_what_they_are_alone(void **state)
+{
+  enum { VIEWS = 40 };
+  static const uint32_t sizes[] = {16, 16, 64, 4, 100};
+  const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+  RasterView views[VIEWS];
+  for (int i = 0; i < VIEWS; i++)
+    views[i] = map_view_of_face(i % 6, vec3(0.3 - 0.02 * i, -0.2, 0.1), sizes[i % 5], 0.05);
+  Soup soup = {0};
+  RasterFixture fixture;
+  soup_grid(&soup, 12, low, high);
+  raster_fixture_of_soup(&fixture, &soup);
+  float *maps = maps_by_all(&fixture, views, VIEWS), *at = maps;
+  for (int i = 0; i < VIEWS; i++) {
+    const size_t texels = (size_t)views[i].width * views[i].width;
+    float *alone = maps_draw(&fixture, &views[i], 1, RASTER_BINS_16, NULL);
+    if (memcmp(alone, at, texels * sizeof *alone)) fail_msg("map %d is another alone", i);
+    for (size_t k = 0; k < texels; k++) assert_true(at[k] < 1);
+    at += texels;
+    free(alone);
+  }
+  free(maps);
+  raster_fixture_free(&fixture);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
@@ -210,6 +236,7 @@ int main(void)
       cmocka_unit_test(scale_changes_nothing),
       cmocka_unit_test(triangles_that_show_nothing_leave_no_trace_in_a_map),
       cmocka_unit_test(slivers_side_by_side_leave_no_hole_in_a_map),
+      cmocka_unit_test(maps_of_any_sizes_are_what_they_are_alone),
   };
   return cmocka_run_group_tests(tests, raster_tests_begin, raster_tests_end);
 }

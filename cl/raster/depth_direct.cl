@@ -2,7 +2,7 @@
 //
 //   in    blocks, bounds  the scene's triangles, of which chunks [first_chunk, first_chunk + chunk_count) are drawn
 //         views           square maps, [view_count]
-//   out   maps            [size * size] of each view (shared/depth_map.h), from its first_texel on, as the bits of floats
+//   out   maps            [size * size] of each view (shared/depth_map.h), from its first_texel on, bits of floats
 //
 //   depth_clear   nothing is there yet
 //   depth_small   a work-item a triangle: draws it in those views where its box is small, lists it for others

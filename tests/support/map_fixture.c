@@ -39,14 +39,20 @@ RasterView map_view_of_face(int face, Vec3 eye, uint32_t size, double near_m)
   return map_view_of_rows(rows, eye, size, near_m / 2);
 }
 
+static size_t texels_of(const RasterView *views, uint32_t view_count)
+{
+  size_t texels = 0;
+  for (uint32_t i = 0; i < view_count; i++) texels += (size_t)views[i].width * views[i].width;
+  return texels;
+}
+
 float *maps_draw(RasterFixture *fixture, const RasterView *views, uint32_t view_count, RasterVariant variant,
                  const RasterOptions *options)
 {
   RasterDepth raster;
   RasterOptions all = options ? *options : (RasterOptions){0};
   Device *device = raster_device(variant);
-  uint32_t size = views[0].width;
-  size_t texels = (size_t)size * size;
+  const size_t texels = texels_of(views, view_count);
   all.way = variant == RASTER_DIRECT_1 ? RASTER_WAY_DIRECT : RASTER_WAY_BINS;
   raster_assert_ok(raster_depth_make(&raster, device, &fixture->scene, &all, &raster_log));
   RasterView *before = oracle_array(view_count, sizeof *before);
@@ -59,13 +65,14 @@ float *maps_draw(RasterFixture *fixture, const RasterView *views, uint32_t view_
     raster_assert_ok(raster_depth(&raster, device, &fixture->scene, &fixture->triangles, use ? views : before,
                                   view_count, &raster_log));
   free(before);
-  float *blocks = oracle_array(texels * view_count, sizeof *blocks),
-        *rows = oracle_array(texels * view_count, sizeof *rows);
-  raster_assert_ok(buffer_read(device, &raster.maps, blocks, texels * view_count * sizeof *blocks, &raster_log));
-  for (uint32_t view = 0; view < view_count; view++)
+  float *blocks = oracle_array(texels, sizeof *blocks), *rows = oracle_array(texels, sizeof *rows);
+  raster_assert_ok(buffer_read(device, &raster.maps, blocks, texels * sizeof *blocks, &raster_log));
+  for (uint32_t view = 0; view < view_count; view++) {
+    const size_t first = texels_of(views, view), size = views[view].width;
     for (uint32_t y = 0; y < size; y++)
       for (uint32_t x = 0; x < size; x++)
-        rows[view * texels + (size_t)y * size + x] = blocks[view * texels + depth_map_index(x, y, size)];
+        rows[first + y * size + x] = blocks[first + depth_map_index(x, y, (uint32_t)size)];
+  }
   raster_depth_free(&raster);
   free(blocks);
   return rows;
@@ -73,7 +80,7 @@ float *maps_draw(RasterFixture *fixture, const RasterView *views, uint32_t view_
 
 float *maps_by_all(RasterFixture *fixture, const RasterView *views, uint32_t view_count)
 {
-  size_t bytes = (size_t)views[0].width * views[0].width * view_count * sizeof(float);
+  const size_t bytes = texels_of(views, view_count) * sizeof(float);
   float *maps = maps_draw(fixture, views, view_count, RASTER_BINS_16, NULL);
   for (int variant = RASTER_BINS_8; variant < raster_variant_count(); variant++) {
     float *other = maps_draw(fixture, views, view_count, (RasterVariant)variant, NULL);

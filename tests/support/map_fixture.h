@@ -13,8 +13,8 @@ RasterView map_view_flat(uint32_t size);
 // A face of a cube around `eye`: w is the distance along axis face / 2, depth is 1 - near / w.
 RasterView map_view_of_face(int face, Vec3 eye, uint32_t size, double near_m);
 
-// Draws the views of a fixture's scene; `options` may be NULL for the usual. Returns [view][y][x], which the caller
-// frees. Failures of these functions fail the test.
+// Draws the views of a fixture's scene; `options` may be NULL for the usual. Returns [y][x] of one view behind
+// the other, which the caller frees. Failures of these functions fail the test.
 float *maps_draw(RasterFixture *fixture, const RasterView *views, uint32_t view_count, RasterVariant variant,
                  const RasterOptions *options);
 
