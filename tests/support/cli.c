@@ -24,7 +24,7 @@
 #include "support/effort.h"
 #include "support/gltf_build.h"
 
-enum { MAX_ARGUMENTS = 64, LIMIT_S = 60 };
+enum { MAX_ARGUMENTS = 64, LIMIT_S = 300 };
 
 CliSetting cli_setting;
 char cli_folder[PATH_MAX / 2], cli_program[PATH_MAX], cli_build[PATH_MAX / 2];

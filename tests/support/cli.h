@@ -41,7 +41,7 @@ int cli_tear_down(void **state);
 const char *cli_path(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 // Runs the program with the arguments, ended by NULL, and an empty folder as TMPDIR. The test fails where it takes over
-// 60 s, leaves something in TMPDIR, or a process a second after its end. The caller frees the run.
+// 300 s (it hangs), leaves something in TMPDIR, or a process a second after its end. The caller frees the run.
 CliRun cli_run(const char *first, ...) __attribute__((sentinel));
 void cli_free(CliRun *run);
 
