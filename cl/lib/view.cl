@@ -28,10 +28,14 @@ static inline Float4 row_scaled(Float4 p, float scale)
   return scaled;
 }
 
-// Could a point of the box have row >= 0 for every row of `planes`, rounding included?
-static inline bool bounds_meet(global const RasterBounds *bounds, constant RasterView *view, const Float4 *planes,
-                               uint count)
+#define SIGHT_PLANES 6
+
+// Could a point of the box have row >= 0 for every row of `planes`, rounding included? All are asked: what an early no
+// would save a GPU loses by waiting for each plane's numbers.
+static inline bool bounds_meet(global const RasterBounds *bounds, constant RasterView *view,
+                               const Float4 planes[SIGHT_PLANES])
 {
+  bool meets = true;
   float center[3], half_size[3], far_off = 0;
   const float origin[3] = {view->origin.x, view->origin.y, view->origin.z};
   for (uint axis = 0; axis < 3; axis++) {
@@ -39,14 +43,15 @@ static inline bool bounds_meet(global const RasterBounds *bounds, constant Raste
     half_size[axis] = 0.5f * (bounds->high[axis] - bounds->low[axis]);
     far_off += fabs(center[axis]) + half_size[axis];
   }
-  for (uint i = 0; i < count; i++) {
+#pragma unroll
+  for (uint i = 0; i < SIGHT_PLANES; i++) {
     Float4 p = planes[i];
     float reach = fabs(p.x) * half_size[0] + fabs(p.y) * half_size[1] + fabs(p.z) * half_size[2];
     float size = fabs(p.x) + fabs(p.y) + fabs(p.z);
     float slack = 4 * RASTER_ROUNDING * (size * far_off + fabs(p.w)) + size * view->error_m;
-    if (row_dot_one(p, center) + reach < -slack) return false;
+    meets = meets & !(row_dot_one(p, center) + reach < -slack);
   }
-  return true;
+  return meets;
 }
 
 // Could anything within the bounds be in the picture's rows [low_row, high_row)?
@@ -56,27 +61,27 @@ static inline bool bounds_visible(global const RasterBounds *bounds, constant Ra
   Float4 near = view->depth, far = row_scaled(view->depth, -1);
   near.w -= view->near;
   far.w += view->far;
-  Float4 planes[6] = {view->x,
-                      row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
-                      row_sum(view->y, -low_row, view->w),
-                      row_sum(row_scaled(view->y, -1), high_row, view->w),
-                      near,
-                      far};
-  return bounds_meet(bounds, view, planes, 6);
+  Float4 planes[SIGHT_PLANES] = {view->x,
+                                 row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
+                                 row_sum(view->y, -low_row, view->w),
+                                 row_sum(row_scaled(view->y, -1), high_row, view->w),
+                                 near,
+                                 far};
+  return bounds_meet(bounds, view, planes);
 }
 
 // Could anything within the bounds be on the map?
 static inline bool bounds_on_map(global const RasterBounds *bounds, constant RasterView *view)
 {
-  Float4 before = view->w;
-  before.w -= view->least_w;
-  Float4 planes[6] = {view->x,
-                      row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
-                      view->y,
-                      row_sum(row_scaled(view->y, -1), (float)view->height, view->w),
-                      row_sum(row_scaled(view->depth, -1), 1, view->w),
-                      before};
-  return bounds_meet(bounds, view, planes, view->parallel ? 5 : 6);
+  Float4 before = view->w;  // in parallel projection it is 1
+  before.w -= view->parallel ? 0 : view->least_w;
+  Float4 planes[SIGHT_PLANES] = {view->x,
+                                 row_sum(row_scaled(view->x, -1), (float)view->width, view->w),
+                                 view->y,
+                                 row_sum(row_scaled(view->y, -1), (float)view->height, view->w),
+                                 row_sum(row_scaled(view->depth, -1), 1, view->w),
+                                 before};
+  return bounds_meet(bounds, view, planes);
 }
 
 // Asks for a block that will be set up soon: this many after the one at hand.
