@@ -36,28 +36,29 @@ done:
   return status;
 }
 
-static SceneFacts scene_facts(const DeviceScene *scene, const PictureArea *area, bool gpu)
+static SceneFacts scene_facts(const Run *run, const PictureArea *area)
 {
+  const DeviceScene *scene = &run->device_scene;
   SceneFacts facts = {.triangle_count = scene->triangle_count,
                       .pixel_count = (uint64_t)area->width * area->height,
-                      .gpu = gpu,
+                      .gpu = device_info(run->device)->is_gpu,
                       .light_count = scene->light_count,
                       .has_mirrors = scene->has_mirrors,
                       .has_blends = scene->has_blends,
                       .least_roughness = scene->least_roughness,
-                      .environment_lights = scene->environment_lights};
+                      .environment_lights = scene->environment_lights,
+                      .sequence = run->sequence};
   for (uint32_t i = 0; i < facts.light_count; i++) facts.lights_by_kind[scene->light_infos[i].kind]++;
   return facts;
 }
 
-// A camera of the scene may have moved; a view of all stays.
-static Status camera_place(FrameJob *job, const Run *run)
+Status run_camera(Camera *out, const Run *run)
 {
-  const RenderOptions *options = &job->options;
-  job->camera = run->camera;
+  const RenderOptions *options = &run->options;
+  *out = run->camera;
   if (!run->motion || !run->camera.name) return STATUS_OK;
   double aspect = (double)options->settings.width / options->settings.height;
-  return scene_camera_choose(&job->camera, &run->scene, options->camera, aspect, run->log);
+  return scene_camera_choose(out, &run->scene, options->camera, aspect, run->log);
 }
 
 static Status frame_prepare(FrameJob *job, Run *run, Frame *before)
@@ -65,8 +66,8 @@ static Status frame_prepare(FrameJob *job, Run *run, Frame *before)
   Status status = STATUS_OK;
   const RenderOptions *options = &job->options;
   PictureArea area = render_area(options);
-  TRY(camera_place(job, run));
-  job->facts = scene_facts(&run->device_scene, &area, device_info(run->device)->is_gpu);
+  TRY(run_camera(&job->camera, run));
+  job->facts = scene_facts(run, &area);
   job->plan = plan_make(&options->settings, &job->facts);
   log_debug(run->log, "%s: %u triangles, %u objects, %u lights; shadows %s, reflections %s", options->scene_path,
             run->device_scene.triangle_count, run->device_scene.object_count, run->device_scene.light_count,

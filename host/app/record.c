@@ -128,6 +128,9 @@ static json_t *shadow_costs_json(const Plan *plan, const DeviceScene *scene)
     const ShadowCost *cost = &plan->shadow_costs[kind];
     json_t *costs =
         json_pack("{s:f, s:f, s:f}", "rays", cost->rays_ms, "hybrid", cost->hybrid_ms, "hybrid_kept", cost->kept_ms);
+    if (plan->sequence.frames > 0)
+      json_object_update_new(
+          costs, json_pack("{s:f, s:f}", "hybrid_sequence", cost->sequence_ms, "kept", plan->sequence.kept[kind]));
     if (!plan->light_shadows)
       json_object_set_new(costs, "method", json_string(shadow_words[plan_light_shadows(plan, i, kind)]));
     json_object_set_new(out, light_kind_names[kind], costs);
@@ -282,6 +285,8 @@ json_t *record_stats(const RecordSources *sources)
   if (scene->light_count) failed |= json_object_set_new(stats, "lights", lights_json(plan, scene)) != 0;
   if (plan_uses_shadows(plan, SHADOW_SET(SHADOWS_HYBRID) | SHADOW_SET(SHADOWS_RAYS)))
     failed |= json_object_set_new(json_object_get(stats, "plan"), "shadow_ms", shadow_costs_json(plan, scene)) != 0;
+  if (plan->sequence.frames > 0)
+    failed |= json_object_set_new(json_object_get(stats, "plan"), "sequence", json_integer(plan->sequence.frames)) != 0;
   if (plan_uses_shadow_maps(plan))
     failed |= json_object_set_new(stats, "shadow_maps", shadow_maps_json(sources->frame, sources->shadow_bound)) != 0;
   if (plan->reflections == REFLECTIONS_PLANAR)

@@ -9,6 +9,7 @@
 
 #include "app/app.h"
 #include "app/light_shadows.h"
+#include "app/look_ahead.h"
 #include "app/options.h"
 #include "app/outputs.h"
 #include "app/run.h"
@@ -44,6 +45,14 @@ done:
   return status;
 }
 
+// What compiles kernels ahead cannot know what will move.
+static SequenceFacts sequence_guess(const RenderOptions *options)
+{
+  const FrameRange *range = &options->frames;
+  const uint32_t frames = range->all ? (uint32_t)options->fps : (uint32_t)frames_count(range);
+  return (SequenceFacts){.frames = frames, .kept = {1, 1, 1}};
+}
+
 // The images are not decoded yet: any may make a mirror or a rough surface.
 static void structure_known(void *context, const Scene *scene)
 {
@@ -57,6 +66,7 @@ static void structure_known(void *context, const Scene *scene)
       .triangle_count = scene_triangle_count(scene),
       .pixel_count = (uint64_t)area.width * area.height,
       .has_mirrors = true,
+      .sequence = sequence_guess(&run->options),
       .environment_lights = unlit || (environment != ENVIRONMENT_UNSET && environment != ENVIRONMENT_NONE)};
   facts.lights_by_kind[LIGHT_DIRECTIONAL] += has_sun;
   for (uint32_t i = 0; i < scene->light_count && scene->lights; i++) facts.lights_by_kind[scene->lights[i].kind]++;
@@ -306,6 +316,7 @@ int app_render(int argc, char **argv)
     goto done;
   }
   if (options->frames.all) TRY(frames_settle(&run));
+  TRY(look_ahead(&run));
   TRY(device_prepare(&run));
   TRY(pictures_render(&run));
   TRY(reports_write(&run));

@@ -20,6 +20,7 @@ typedef struct Run {
   uint8_t *light_shadows;  // [scene.light_count], where options.settings.light_shadows points; NULL: none
   GltfMotion *motion;      // NULL: the pose at rest alone is rendered
   Camera camera;           // in the pose at rest, or that sees all
+  SequenceFacts sequence;
   WarmUp *warm_up;
   Device *device;
   DeviceScene device_scene;
@@ -43,6 +44,10 @@ typedef struct FrameJob {
   double begin_ms;
   size_t first_span;  // of the run's timeline
 } FrameJob;
+
+// The camera in the scene's pose: one of the scene may have moved; a view of all stays. Errors: those of
+// scene_camera_choose.
+Status run_camera(Camera *out, const Run *run);
 
 // Renders and writes a picture of the device's scene as it is, and its --stats. `before` is the frame before in a
 // sequence, or NULL (FrameRequest.before). On failure nothing half-written is left, and *out is to be freed too.

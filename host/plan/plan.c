@@ -73,7 +73,14 @@ static ShadowChoice shadows_choose(const RenderSettings *settings, const SceneFa
   static const uint32_t maps[SHADOW_LIGHT_KINDS] = {6, 1, 4};  // point, spot, directional
   ShadowChoice choice = {0};
   for (uint32_t kind = 0; kind < SHADOW_LIGHT_KINDS; kind++) {
-    ShadowCostFacts cost = {facts->triangle_count, facts->pixel_count, settings->samples, maps[kind], facts->gpu};
+    const SequenceFacts *sequence = &facts->sequence;
+    ShadowCostFacts cost = {.triangles = facts->triangle_count,
+                            .pixels = facts->pixel_count,
+                            .samples = settings->samples,
+                            .maps = maps[kind],
+                            .gpu = facts->gpu,
+                            .frames = sequence->frames,
+                            .kept = sequence->kept[kind]};
     choice.costs[kind] = shadow_cost(&cost);
     if (facts->lights_by_kind[kind] == 0) continue;
     choice.kinds |= 1u << kind;
@@ -129,6 +136,7 @@ Plan plan_make(const RenderSettings *settings, const SceneFacts *facts)
       .shadow_methods = shadows.methods,
       .hybrid_kinds = shadows.hybrid_kinds,
       .shadow_options = settings->shadow_options,
+      .sequence = facts->sequence,
       .reflected_rays = reflect,
       .reflections = first,
       .deep_reflections = deep,

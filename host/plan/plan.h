@@ -128,6 +128,12 @@ typedef struct RenderSettings {
   float ambient;  // phong
 } RenderSettings;
 
+// What is known of a sequence before its first frame. A single picture's are zero.
+typedef struct SequenceFacts {
+  uint32_t frames;
+  double kept[SHADOW_LIGHT_KINDS];  // share of views of such lights' maps that stay from frame to frame, in the mean
+} SequenceFacts;
+
 // What the scene has, and what the planner must know of picture and device.
 typedef struct SceneFacts {
   uint64_t triangle_count;
@@ -138,6 +144,7 @@ typedef struct SceneFacts {
   bool has_mirrors, has_blends;
   float least_roughness;  // of what is no mirror; INFINITY where there is nothing but mirrors
   bool environment_lights;
+  SequenceFacts sequence;  // of all that is to have the same plan, whatever part of it is rendered
 } SceneFacts;
 
 // What is done.
@@ -152,6 +159,7 @@ typedef struct Plan {
   ShadowOptions shadow_options;
   uint32_t hybrid_kinds;                           // bit k: for lights of kind k AUTO means HYBRID; for others RAYS
   ShadowCost shadow_costs[SHADOW_LIGHT_KINDS];     // of one light of the kind
+  SequenceFacts sequence;                          // by which they are
   bool reflected_rays;                             // something that reflects is there and reflections are asked for
   ReflectionMethod reflections, deep_reflections;  // both NONE without reflected rays; none is ..._LIKE_FIRST
   CubeOptions cubes;
