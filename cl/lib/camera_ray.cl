@@ -76,23 +76,27 @@ typedef struct WaveTile {
   Float2 offset;
 } WaveTile;
 
-// That of a slot.
-static inline WaveTile wave_tile(const CameraSources *from, uint slot)
+// Tile and sample of a slot: x and y.
+static inline uint2 wave_place(const CameraSources *from, uint slot)
 {
   uint tile = slot / TILE_PIXELS, sample = 0;
   if (tile >= from->tile_count) sample = tile / from->tile_count, tile -= sample * from->tile_count;
-  WaveTile out = {tile_view(from->cameras, from->view_count, from->first_tile + tile),
-                  from->offsets[from->first_sample + sample]};
+  return (uint2)(from->first_tile + tile, from->first_sample + sample);
+}
+
+// What a slot is of.
+static inline WaveTile wave_tile(const CameraSources *from, uint slot)
+{
+  uint2 place = wave_place(from, slot);
+  WaveTile out = {tile_view(from->cameras, from->view_count, place.x), from->offsets[place.y]};
   return out;
 }
 
 // The slot of the whole picture, sample by sample, that a wave's is.
 static inline uint wave_picture_slot(const CameraSources *from, uint slot)
 {
-  uint2 grid = views_tiles(from->cameras, from->view_count);
-  uint tile = slot / TILE_PIXELS, sample = 0;
-  if (tile >= from->tile_count) sample = tile / from->tile_count, tile -= sample * from->tile_count;
-  return ((from->first_sample + sample) * grid.x * grid.y + from->first_tile + tile) * TILE_PIXELS + slot % TILE_PIXELS;
+  uint2 grid = views_tiles(from->cameras, from->view_count), place = wave_place(from, slot);
+  return (place.y * grid.x * grid.y + place.x) * TILE_PIXELS + slot % TILE_PIXELS;
 }
 
 // The rays of LANES neighbouring slots of it.
