@@ -117,7 +117,7 @@ static Status direct_draw(RasterDepth *raster, Device *device, const DeviceScene
                           const RasterView *views, uint32_t view_count, const DeviceBuffer *maps, Log *log)
 {
   Status status = STATUS_OK;
-  const uint32_t tiles = raster->options.pass_tiles ? raster->options.pass_tiles : RASTER_PASS_TILES;
+  const uint32_t tiles = raster_pass_tiles(&raster->options, device);
   const uint32_t most = raster_pass_chunks(&raster->options, device, raster->way) / view_count;
   const uint32_t pass = larger(1, smaller(most, triangles->chunk_count));
   uint64_t texels = 0;

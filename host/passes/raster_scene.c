@@ -22,6 +22,14 @@ uint32_t raster_pass_chunks(const RasterOptions *options, const Device *device, 
   return (uint32_t)(usual < room ? usual : room);
 }
 
+uint32_t raster_pass_tiles(const RasterOptions *options, const Device *device)
+{
+  const uint64_t tile_bytes = RASTER_TILE_VECTORS * 4 * sizeof(uint32_t);
+  const uint64_t room = device_info(device)->memory_bytes / 64 / tile_bytes + 1;
+  if (options->pass_tiles) return options->pass_tiles;
+  return (uint32_t)(RASTER_PASS_TILES < room ? RASTER_PASS_TILES : room);
+}
+
 const char *raster_visibility_path(RasterWay way)
 {
   return way == RASTER_WAY_DIRECT ? "raster/visibility_direct.cl" : "raster/visibility.cl";

@@ -20,7 +20,7 @@ typedef struct RasterOptions {
   RasterWay way;
   uint32_t pass_chunks;  // of RASTER_CHUNK triangles, times views: set up at a time (raster_pass_chunks)
   uint32_t pass_bins;    // of RASTER_BIN_PX pixels a side, covered at a time (RASTER_PASS_BINS)
-  uint32_t pass_tiles;   // that have a place in the list of the direct way, 96 bytes each (RASTER_PASS_TILES)
+  uint32_t pass_tiles;   // that have a place in the list of the direct way, 96 bytes each (raster_pass_tiles)
 } RasterOptions;
 
 enum { RASTER_PASS_BINS = 4096, RASTER_PASS_TILES = 1 << 19 };
@@ -30,6 +30,9 @@ RasterWay raster_way(const RasterOptions *options, const Device *device);
 
 // Chunks (times views) that a pass has at most.
 uint32_t raster_pass_chunks(const RasterOptions *options, const Device *device, RasterWay way);
+
+// Tiles that the direct way's list has room for: RASTER_PASS_TILES, or a 64th of the device's memory if that is less.
+uint32_t raster_pass_tiles(const RasterOptions *options, const Device *device);
 
 // Builds a program of cl/raster that makes such `uses` of the scene (SceneUse).
 Status raster_program(Program **out, Device *device, const DeviceScene *scene, const char *path, uint32_t uses,

@@ -92,7 +92,7 @@ static Status bins_aim(RasterVisibility *raster, Device *device, const CameraInf
 static Status direct_aim(RasterVisibility *raster, Device *device, const CameraInfo *info, uint32_t capacity, Log *log)
 {
   Status status = STATUS_OK;
-  uint32_t tiles = raster->options.pass_tiles ? raster->options.pass_tiles : RASTER_PASS_TILES;
+  uint32_t tiles = raster_pass_tiles(&raster->options, device);
   TRY(raster_boxes_reserve(&raster->boxes, device, raster->items.pass, tiles, log));
   if (raster->keys.bytes < capacity * sizeof(uint64_t)) {
     TRY(buffer_reserve(&raster->keys, device, capacity * sizeof(uint64_t), "visibility", log));
