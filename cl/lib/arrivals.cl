@@ -76,14 +76,19 @@ static inline void corners_prefetch(global const TriangleCorners *corners, globa
 {
 #ifdef HAS_PREFETCH
   if (first >= ray_count) return;
+  UintL id = LANE_LOAD(hit_ids, first);
+  if (!any_lane(id != UINTL(id.s0))) {  // many show one triangle, or none
+    if (id.s0 != HIT_NONE) PREFETCH(corners + id.s0);
+    return;
+  }
 #pragma unroll
-  for (uint lane = 0; lane < LANES; lane++) PREFETCH(corners + hit_ids[first + lane]);
+  for (uint lane = 0; lane < LANES; lane++) PREFETCH(corners + LANE_UINT(id, lane));
 #endif
 }
 
 // Keeps what neighbouring slots see. On a GPU by one store for both places: two take registers.
 static inline void sum_keep(global float4 *radiance, const ShadeInfo *shade, const WaveTile *tile, uint first,
-                            UintL slot, IntL mask, Sum sum)
+                            UintL slot, IntL mask, const Sum *sum)
 {
   UintL x, y;
   const bool to_picture = shade->to_picture != SHADE_TO_SLOTS, adds = shade->to_picture == SHADE_TO_PICTURE;
@@ -92,11 +97,11 @@ static inline void sum_keep(global float4 *radiance, const ShadeInfo *shade, con
 #if LANES == 1
   uint place = to_picture ? y * camera->width + x : slot;
   if (to_picture) mask = x < camera->width && y < camera->height;
-  if (mask) radiance[place] = adds ? radiance[place] + sum_of_lane(sum, 0) : sum_of_lane(sum, 0);
+  if (mask) radiance[place] = adds ? radiance[place] + sum_of_lane(*sum, 0) : sum_of_lane(*sum, 0);
 #else
   if (to_picture)
-    picture_store(radiance, camera->width, camera->height, x, y, adds, sum);
+    picture_store(radiance, camera->width, camera->height, x, y, adds, *sum);
   else
-    radiance_store(radiance, slot, mask, sum);
+    radiance_store(radiance, slot, mask, *sum);
 #endif
 }

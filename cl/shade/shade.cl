@@ -219,7 +219,7 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
     uint picture_slot = kept.slots ? wave_picture_slot(&camera, first) : 0;
 #endif
     if (!any_lane(hit)) {
-      if (begins) sum_keep(radiance, shade, &tile, first, slot, INTL(-1), sum);
+      if (begins) sum_keep(radiance, shade, &tile, first, slot, INTL(-1), &sum);
 #ifdef HAS_SURE_MAPS
       verdicts_forget(&kept, picture_slot);
 #endif
@@ -336,7 +336,7 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
 #ifdef HAS_SURE_MAPS
     verdicts_store(&kept, picture_slot, &of_slots, origin);
 #endif
-    sum_keep(radiance, shade, &tile, first, slot, begins ? INTL(-1) : hit, sum);
+    sum_keep(radiance, shade, &tile, first, slot, begins ? INTL(-1) : hit, &sum);
     if (!shade->first_batch) continue;
 
     if (shade->reflect) {
