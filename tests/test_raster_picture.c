@@ -1,5 +1,6 @@
 // Whole pictures by raster are those by rays, bit for bit, at every width of a lane.
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -79,12 +80,47 @@ static void shading_fills_pictures_as_the_film_does(void **state)
   scene_free(&scene);
 }
 
+// Of tiles of camera rays that are on one triangle a map is asked at once, those that see nothing are filled; of a
+// stream's rays neither is done. Waves of one sample, which set the picture's sums and then add to them.
+static void whole_tiles_are_shaded_as_their_pixels(void **state)
+{
+  Vec3 low, high;
+  Scene scene = gltf_read_fine("scenes/room.glb");
+  Light *lights = scene.lights;
+  const size_t light_count = scene.light_count;
+  scene_bounds(&scene, &low, &high);
+  Light spot = {.kind = LIGHT_SPOT,
+                .color = {1, 1, 1},
+                .intensity = 40,
+                .range_m = INFINITY,
+                .outer_cone_rad = 0.7,
+                .position_world = vec3(0.6 * low.x + 0.4 * high.x, 0.1 * low.y + 0.9 * high.y, 0.5 * (low.z + high.z)),
+                .direction_world = vec3_unit_or(vec3(0.2, -1, 0.1), vec3(0, -1, 0))};
+  scene.lights = &spot;
+  scene.light_count = 1;
+  scene.environment = (Environment){.kind = ENVIRONMENT_CONSTANT, .constant = {0.2f, 0.3f, 0.4f}, .intensity = 1};
+  for (int i = 0; i < (test_on_gpu() ? 2 : 4); i++) {
+    Camera camera;
+    picture_assert_ok(scene_camera_choose(&camera, &scene, i % 2 ? "fit" : NULL, 16.0 / 9, &picture_log));
+    PictureRequest request = picture_request(320, 180, 2);
+    request.lanes = all_lanes[i / 2];
+    request.wave_rays = 64 * 400;
+    request.settings.shadows = SHADOWS_PCF;
+    request.settings.reflections = REFLECTIONS_NONE;
+    check(&scene, &camera, request);
+  }
+  scene.lights = lights;
+  scene.light_count = light_count;
+  scene_free(&scene);
+}
+
 int main(void)
 {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(every_feature_is_shaded_alike),
       cmocka_unit_test(shipped_scenes_are_shaded_alike),
       cmocka_unit_test(shading_fills_pictures_as_the_film_does),
+      cmocka_unit_test(whole_tiles_are_shaded_as_their_pixels),
   };
   return cmocka_run_group_tests(tests, picture_tests_begin, picture_tests_end);
 }

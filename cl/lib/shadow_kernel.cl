@@ -112,27 +112,28 @@ static inline FloatL lit_by_square(global const float *map, int size, int kernel
 #define CLEAR_ROWS 16
 #define CLEAR_LANES 3  // fewer are not worth a look
 
-// Most of a picture lies far from any shadow's edge, and most vectors of lanes on one triangle, whose plane is the same
-// for all of them but for rounding, which takes no quarter of the slack. Returns 1 where all blocks of 4 x 4 texels
-// under the kernels of `group` leave that plane lit, 0 where all leave it in the dark, -1 where neither is sure. By the
-// planes of the blocks, four at once.
-static inline int kernels_judge(global const float *planes, uint size, float side, const MapPoint *at,
-                                const PlaneDepth *plane, UintL id, IntL group)
+// Where points are in a map: least x and y, greatest x and y.
+static inline float4 points_box(const MapPoint *at, IntL group)
+{
+  FloatL nowhere = FLOATL(-INFINITY), zero = FLOATL(0);
+  return (float4)(-greatest_lane(group ? zero - at->x : nowhere), -greatest_lane(group ? zero - at->y : nowhere),
+                  greatest_lane(group ? at->x : nowhere), greatest_lane(group ? at->y : nowhere));
+}
+
+// Returns 1 where all blocks of 4 x 4 texels under kernels of that side, whose middles are in `box`, leave a plane lit,
+// 0 where all leave it in the dark, -1 where neither is sure. It is the plane of one lane. By the planes of the blocks,
+// four at once.
+static inline int kernels_judge(global const float *planes, uint size, float side, float4 box, const MapPoint *at,
+                                const PlaneDepth *plane, uint lane)
 {
   const int16 number = (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15), field = number & 3;
   const int16 is_end = field <= DEPTH_PLANE_HIGH;
   const float16 block = convert_float16(number >> 2), turn = field == DEPTH_PLANE_HIGH ? (float16)(-1) : (float16)(1);
   const float16 thrice = 3 * turn;
   int last = (int)size / 4 - 1;
-  uint bits = lane_bits(group), lane = lowest_bit(bits);
-  FloatL nowhere = FLOATL(-INFINITY), zero = FLOATL(0);
-  if (popcount(bits) < CLEAR_LANES || any_lane(group & (id != UINTL(LANE_UINT(id, lane))))) return -1;
-  float left = -greatest_lane(group ? zero - at->x : nowhere) - 0.5f * side;
-  float right = greatest_lane(group ? at->x : nowhere) + 0.5f * side;
-  float top = -greatest_lane(group ? zero - at->y : nowhere) - 0.5f * side;
-  float bottom = greatest_lane(group ? at->y : nowhere) + 0.5f * side;
-  int4 box = convert_int4(clamp((float4)(left, top, right, bottom) * 0.25f, 0.0f, (float)last));
-  int x0 = box.x, y0 = box.y, x1 = box.z, y1 = box.w;
+  const float4 reach = (float4)(-0.5f, -0.5f, 0.5f, 0.5f) * side;
+  const int4 blocks = convert_int4(clamp((box + reach) * 0.25f, 0.0f, (float)last));
+  int x0 = blocks.x, y0 = blocks.y, x1 = blocks.z, y1 = blocks.w;
   if (x1 - x0 >= CLEAR_COLUMNS || y1 - y0 >= CLEAR_ROWS) return -1;
   float by_x = LANE_FLOAT(plane->by_x, lane), by_y = LANE_FLOAT(plane->by_y, lane);
   float slack = LANE_FLOAT(plane->slack, lane), depth = LANE_FLOAT(plane->depth, lane) - slack;
@@ -160,8 +161,13 @@ static inline FloatL lit_by_kernel(const LightMap *map, uint kernel_px, const Ma
                                    UintL id, IntL group)
 {
 #if LANES > 1
-  int all = kernels_judge(map->planes, map->size, (float)kernel_px, at, plane, id, group);
-  if (all >= 0) return FLOATL((float)all);
+  // Most of a picture lies far from any shadow's edge, and most vectors of lanes on one triangle, whose plane is the
+  // same for all of them but for rounding, which takes no quarter of the slack.
+  uint bits = lane_bits(group), lane = lowest_bit(bits);
+  if (popcount(bits) >= CLEAR_LANES && !any_lane(group & (id != UINTL(LANE_UINT(id, lane))))) {
+    int all = kernels_judge(map->planes, map->size, (float)kernel_px, points_box(at, group), at, plane, lane);
+    if (all >= 0) return FLOATL((float)all);
+  }
 #endif
   if (kernel_px == 3) return lit_by_square(map->texels, (int)map->size, 3, at, plane, group);
   return lit_by_square(map->texels, (int)map->size, (int)kernel_px, at, plane, group);

@@ -97,9 +97,13 @@ static inline Vec3L normal_mapped(const TangentFrame *frame, Vec3L normal)
 }
 #endif
 
+// Unit normal; the triangle's front is where its corners run counter-clockwise.
+static inline Vec3L triangle_normal(const Vec3L p[3]) { return unit3(cross3(sub3(p[1], p[0]), sub3(p[2], p[0]))); }
+
 // Corners of the triangles that lanes hit, and what else is read of them.
 typedef struct HitTriangles {
   Vec3L p[3], n[3];
+  Vec3L geometric;  // unit normal
   Attributes at;
   UintL material;
 #ifdef HAS_NORMAL_MAPS
@@ -107,38 +111,70 @@ typedef struct HitTriangles {
 #endif
 } HitTriangles;
 
+// Sets what hangs on the place (u, v) in a triangle, for the lanes of `group` that hit it.
+static inline __attribute__((always_inline)) void hit_place_set(HitTriangles *out, const GeometrySources *geometry,
+                                                                const AttributeSources *attributes,
+                                                                const TriangleCorners *corners, IntL group, FloatL u,
+                                                                FloatL v)
+{
+  attributes_load(&out->at, attributes, corners, group, u, v);
+#ifdef HAS_NORMAL_MAPS
+  global const MaterialInfo *material = &attributes->materials[corners->material];
+  if (material->normal_use.texture != TEXTURE_NONE)
+    tangent_frame_load(&out->frame, geometry, attributes, corners, material, group, u, v);
+#endif
+}
+
+// Sets the rest.
+static inline __attribute__((always_inline)) void hit_corners_set(HitTriangles *out, const GeometrySources *geometry,
+                                                                  const TriangleCorners *corners, IntL group)
+{
+#pragma unroll
+  for (uint i = 0; i < 3; i++) {
+    group_vector_load(&out->p[i], group, geometry->positions, corners->vertex[i]);
+    group_vector_load(&out->n[i], group, geometry->normals, corners->vertex[i]);
+  }
+  out->material = group ? UINTL(corners->material) : out->material;
+}
+
 // Sets the lanes of `group`, which hit one triangle.
 static inline __attribute__((always_inline)) void hit_triangle_load(HitTriangles *out, const GeometrySources *geometry,
                                                                     const AttributeSources *attributes, uint triangle,
                                                                     IntL group, FloatL u, FloatL v)
 {
   TriangleCorners corners = attributes->corners[triangle];
-#pragma unroll
-  for (uint i = 0; i < 3; i++) {
-    group_vector_load(&out->p[i], group, geometry->positions, corners.vertex[i]);
-    group_vector_load(&out->n[i], group, geometry->normals, corners.vertex[i]);
-  }
-  attributes_load(&out->at, attributes, &corners, group, u, v);
-  out->material = group ? UINTL(corners.material) : out->material;
-#ifdef HAS_NORMAL_MAPS
-  global const MaterialInfo *material = &attributes->materials[corners.material];
-  if (material->normal_use.texture != TEXTURE_NONE)
-    tangent_frame_load(&out->frame, geometry, attributes, &corners, material, group, u, v);
-#endif
+  hit_corners_set(out, geometry, &corners, group);
+  hit_place_set(out, geometry, attributes, &corners, group, u, v);
 }
 
-// Lanes on one triangle load it once. Where that is all of them, nothing is kept of others.
+// Loads a triangle that all lanes will hit, but for what hangs on where they do.
+static inline void hit_triangle_hold(HitTriangles *out, const GeometrySources *geometry,
+                                     const AttributeSources *attributes, uint triangle)
+{
+  TriangleCorners corners = attributes->corners[triangle];
+  hit_corners_set(out, geometry, &corners, INTL(-1));
+  out->geometric = triangle_normal(out->p);
+}
+
+// Lanes on one triangle load it once. Where that is all of them, nothing is kept of others; where *out holds it
+// already, only what hangs on the place in it is loaded.
 static inline void hit_triangles_load(HitTriangles *out, const GeometrySources *geometry,
-                                      const AttributeSources *attributes, UintL id, FloatL u, FloatL v, IntL mask)
+                                      const AttributeSources *attributes, UintL id, FloatL u, FloatL v, IntL mask,
+                                      bool held)
 {
   Vec3L nothing = vec3l(FLOATL(0), FLOATL(0), FLOATL(0));
-  for (uint i = 0; i < 3; i++) out->p[i] = out->n[i] = nothing;
   out->at = attributes_none();
-  out->material = UINTL(0);
 #ifdef HAS_NORMAL_MAPS
   TangentFrame none = {nothing, FLOATL(0), nothing};
   out->frame = none;
 #endif
+  if (held) {
+    TriangleCorners corners = attributes->corners[LANE_UINT(id, 0)];
+    hit_place_set(out, geometry, attributes, &corners, INTL(-1), u, v);
+    return;
+  }
+  for (uint i = 0; i < 3; i++) out->p[i] = out->n[i] = nothing;
+  out->material = UINTL(0);
   uint bits = lane_bits(mask);
   if (!bits) return;
   uint triangle = LANE_UINT(id, lowest_bit(bits));
@@ -154,9 +190,45 @@ static inline void hit_triangles_load(HitTriangles *out, const GeometrySources *
   }
 }
 
-// Sets what the surface has of its materials. Lanes of one material sample it at once.
+// Sets what the surface has of a material, for the lanes of `group`.
+static inline __attribute__((always_inline)) void material_sample(Surface *s, FloatL *metallic, HitTriangles *of,
+                                                                  const AttributeSources *attributes, uint number,
+                                                                  IntL group)
+{
+  const FloatL zero = FLOATL(0), one = FLOATL(1);
+  global const MaterialInfo *material = &attributes->materials[number];
+  Color4L base = base_color_sample(attributes, material, &of->at, group);
+  FloatL roughness = FLOATL(material->roughness), group_metallic = FLOATL(material->metallic);
+  Vec3L emission = vec3l(FLOATL(material->emission[0]), FLOATL(material->emission[1]), FLOATL(material->emission[2]));
+#ifdef HAS_TEXTURES
+  if (material->metallic_roughness_use.texture != TEXTURE_NONE) {
+    Vec3L texel = texture_use_sample(attributes, &material->metallic_roughness_use, &of->at, group, 256).rgb;
+    roughness *= texel.y;
+    group_metallic *= texel.z;
+  }
+  if (material->emission_use.texture != TEXTURE_NONE)
+    emission = mul3(emission, texture_use_sample(attributes, &material->emission_use, &of->at, group, 0).rgb);
+  if (material->occlusion_use.texture != TEXTURE_NONE) {
+    FloatL open = texture_use_sample(attributes, &material->occlusion_use, &of->at, group, 256).rgb.x;
+    s->occlusion = group ? one + FLOATL(material->occlusion_strength) * (open - one) : s->occlusion;
+  }
+#endif
+#ifdef HAS_NORMAL_MAPS
+  if (material->normal_use.texture != TEXTURE_NONE) normal_sample(&of->frame, attributes, material, &of->at, group);
+#endif
+  s->base = select3(group, base.rgb, s->base);
+  s->emission = select3(group, emission, s->emission);
+  s->reflectance.roughness = group ? roughness : s->reflectance.roughness;
+  *metallic = group ? group_metallic : *metallic;
+  if (material->flags & MATERIAL_UNLIT) s->unlit = s->unlit | group;
+#ifdef HAS_BLEND
+  if (material->flags & MATERIAL_BLENDED) s->alpha = group ? max_lane(min_lane(base.a, one), zero) : s->alpha;
+#endif
+}
+
+// Sets what it has of all. Lanes of one material sample it at once; `held`: all are on one triangle.
 static inline void materials_sample(Surface *s, FloatL *metallic, HitTriangles *of, const AttributeSources *attributes,
-                                    IntL mask)
+                                    IntL mask, bool held)
 {
   FloatL zero = FLOATL(0), one = FLOATL(1);
   *metallic = zero;
@@ -164,70 +236,54 @@ static inline void materials_sample(Surface *s, FloatL *metallic, HitTriangles *
   s->occlusion = s->alpha = one;
   s->reflectance.roughness = zero;
   s->unlit = INTL(0);
+  if (held) {
+    material_sample(s, metallic, of, attributes, LANE_UINT(of->material, 0), INTL(-1));
+    return;
+  }
   for (uint bits = lane_bits(mask); bits;) {
     uint number = LANE_UINT(of->material, lowest_bit(bits));
     IntL group = mask & (of->material == UINTL(number));
     bits &= ~lane_bits(group);
-    global const MaterialInfo *material = &attributes->materials[number];
-    Color4L base = base_color_sample(attributes, material, &of->at, group);
-    FloatL roughness = FLOATL(material->roughness), group_metallic = FLOATL(material->metallic);
-    Vec3L emission = vec3l(FLOATL(material->emission[0]), FLOATL(material->emission[1]), FLOATL(material->emission[2]));
-#ifdef HAS_TEXTURES
-    if (material->metallic_roughness_use.texture != TEXTURE_NONE) {
-      Vec3L texel = texture_use_sample(attributes, &material->metallic_roughness_use, &of->at, group, 256).rgb;
-      roughness *= texel.y;
-      group_metallic *= texel.z;
-    }
-    if (material->emission_use.texture != TEXTURE_NONE)
-      emission = mul3(emission, texture_use_sample(attributes, &material->emission_use, &of->at, group, 0).rgb);
-    if (material->occlusion_use.texture != TEXTURE_NONE) {
-      FloatL open = texture_use_sample(attributes, &material->occlusion_use, &of->at, group, 256).rgb.x;
-      s->occlusion = group ? one + FLOATL(material->occlusion_strength) * (open - one) : s->occlusion;
-    }
-#endif
-#ifdef HAS_NORMAL_MAPS
-    if (material->normal_use.texture != TEXTURE_NONE) normal_sample(&of->frame, attributes, material, &of->at, group);
-#endif
-    s->base = select3(group, base.rgb, s->base);
-    s->emission = select3(group, emission, s->emission);
-    s->reflectance.roughness = group ? roughness : s->reflectance.roughness;
-    *metallic = group ? group_metallic : *metallic;
-    if (material->flags & MATERIAL_UNLIT) s->unlit = s->unlit | group;
-#ifdef HAS_BLEND
-    if (material->flags & MATERIAL_BLENDED) s->alpha = group ? max_lane(min_lane(base.a, one), zero) : s->alpha;
-#endif
+    material_sample(s, metallic, of, attributes, number, group);
   }
 }
 
-// Surface at barycentrics (u, v) of triangles `id`, for the lanes of `mask`, seen along `direction` (any length).
-static inline Surface surface_load(const GeometrySources *geometry, const AttributeSources *attributes, UintL id,
-                                   FloatL u, FloatL v, Vec3L direction, IntL mask)
+// What to add to a position on a triangle to be on the side of `normal`, its own or the opposite one, whatever the
+// rounding.
+static inline Vec3L position_offset(const Vec3L p[3], FloatL u, FloatL v, Vec3L normal)
+{
+  FloatL w = FLOATL(1) - u - v;
+  Vec3L error = vec3l(fabs(w * p[0].x) + fabs(u * p[1].x) + fabs(v * p[2].x),
+                      fabs(w * p[0].y) + fabs(u * p[1].y) + fabs(v * p[2].y),
+                      fabs(w * p[0].z) + fabs(u * p[1].z) + fabs(v * p[2].z));
+  FloatL distance =
+      FLOATL(POSITION_ERROR) * (fabs(normal.x) * error.x + fabs(normal.y) * error.y + fabs(normal.z) * error.z);
+  return scale3(normal, distance);
+}
+
+// Surface at barycentrics (u, v) of triangles `id`, for the lanes of `mask`, seen along `direction` (any length). `on`
+// is room for the triangles; `held`: it holds that of all lanes (hit_triangle_hold).
+static inline Surface surface_load(HitTriangles *on, const GeometrySources *geometry,
+                                   const AttributeSources *attributes, UintL id, FloatL u, FloatL v, Vec3L direction,
+                                   IntL mask, bool held)
 {
   Surface s;
-  HitTriangles hit;
   FloatL zero = FLOATL(0), one = FLOATL(1), metallic;
   Vec3L nothing = vec3l(zero, zero, zero);
-  hit_triangles_load(&hit, geometry, attributes, id, u, v, mask);
-  materials_sample(&s, &metallic, &hit, attributes, mask);
-  Vec3L p0 = hit.p[0], p1 = hit.p[1], p2 = hit.p[2];
-  FloatL w = one - u - v;
-  s.position = blend3(p0, p1, p2, u, v);
-  s.geometric = unit3(cross3(sub3(p1, p0), sub3(p2, p0)));
-  Vec3L interpolated = blend3(hit.n[0], hit.n[1], hit.n[2], u, v);
+  hit_triangles_load(on, geometry, attributes, id, u, v, mask, held);
+  if (!held) on->geometric = triangle_normal(on->p);
+  s.geometric = on->geometric;
+  materials_sample(&s, &metallic, on, attributes, mask, held);
+  s.position = blend3(on->p[0], on->p[1], on->p[2], u, v);
+  Vec3L interpolated = blend3(on->n[0], on->n[1], on->n[2], u, v);
   s.normal = select3(dot3(interpolated, interpolated) > zero, unit3(interpolated), s.geometric);
 #ifdef HAS_NORMAL_MAPS
-  s.normal = normal_mapped(&hit.frame, s.normal);
+  s.normal = normal_mapped(&on->frame, s.normal);
 #endif
   IntL behind = dot3(s.geometric, direction) > zero;
   s.geometric = select3(behind, sub3(nothing, s.geometric), s.geometric);
   s.normal = select3(behind, sub3(nothing, s.normal), s.normal);
-
-  Vec3L error =
-      vec3l(fabs(w * p0.x) + fabs(u * p1.x) + fabs(v * p2.x), fabs(w * p0.y) + fabs(u * p1.y) + fabs(v * p2.y),
-            fabs(w * p0.z) + fabs(u * p1.z) + fabs(v * p2.z));
-  FloatL distance = FLOATL(POSITION_ERROR) *
-                    (fabs(s.geometric.x) * error.x + fabs(s.geometric.y) * error.y + fabs(s.geometric.z) * error.z);
-  s.offset = scale3(s.geometric, distance);
+  s.offset = position_offset(on->p, u, v, s.geometric);
 
   FloatL diffuse = one - metallic;
   s.reflectance.diffuse = scale3(s.base, diffuse);

@@ -45,9 +45,10 @@ kernel void aov(constant CameraInfo *camera, uint first_tile, uint tile_count, u
       UintL id = LANE_LOAD(hit_ids, slot);
       IntL hit = active & (id != UINTL(HIT_NONE));
       FloatL t = LANE_LOAD(hits + HIT_T * capacity, slot);
-      Surface s = surface_load(&geometry, &attributes, id, LANE_LOAD(hits + HIT_U * capacity, slot),
+      HitTriangles on;
+      Surface s = surface_load(&on, &geometry, &attributes, id, LANE_LOAD(hits + HIT_U * capacity, slot),
                                LANE_LOAD(hits + HIT_V * capacity, slot),
-                               stream_load3(rays, capacity, RAY_DIRECTION_X, slot), hit);
+                               stream_load3(rays, capacity, RAY_DIRECTION_X, slot), hit, false);
       uint hit_bits = lane_bits(hit);
       for (uint bits = lane_bits(active); bits; bits &= bits - 1) {
         uint lane = lowest_bit(bits), i = first + lane;

@@ -16,6 +16,7 @@
 //         transmitted_rays, _slots     what BLEND surfaces let through, on along the ray; with HAS_BLEND
 //         counts                       STREAM_COUNTS of both
 //
+//   Tiles of camera rays that all see the same are treated as a whole where that is quicker (lib/whole_tile.cl).
 //   Cost  one material and light_count lights a ray; reads about 200 bytes a ray, writes 44 a shadow or reflected ray.
 //   A reflected ray that an interpolated normal would send into the triangle is mirrored at its plane instead.
 //   HAS_LOBES: rough surfaces reflect, or the environment's light is sampled (lib/surface_samples.cl);
@@ -40,6 +41,8 @@
 #ifdef HAS_SURE_MAPS
 #include "lib/kept_verdicts.cl"
 #endif
+#include "lib/whole_tile.cl"
+
 static inline Vec3L mirror3(Vec3L to_eye, Vec3L n) { return sub3(scale3(n, FLOATL(2) * dot3(n, to_eye)), to_eye); }
 
 // About where a rough surface reflects: the lobe leans to the normal as it widens. The fourth power of roughness for a
@@ -198,6 +201,22 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
   WaveTile tile = {{cameras, (uint2)(0)}, {0, 0}};
   // A work-group's rays are of one tile: the compiler then knows that all have the same camera.
   if (shade->from_camera) tile = wave_tile(&camera, get_group_id(0) * (uint)get_local_size(0) * RAYS_PER_ITEM);
+  HitTriangles on;
+  bool is_held = false;  // is all of the tile on the triangle that `on` holds?
+  TileVerdicts told = {0, 0};
+#ifdef HAS_WHOLE_TILES
+  const bool is_whole = shade->from_camera && tile_is_whole(hit_ids, begin);
+  const uint triangle = hit_ids[begin];
+  Float3 seen;
+  if (is_whole && triangle == HIT_NONE && begins && !verdict_slots && misses_are_even(&seen, shade, environment) &&
+      tile_keep(radiance, shade, &tile.view, begin, seen))
+    return;
+  is_held = is_whole && triangle != HIT_NONE;
+  if (is_held) hit_triangle_hold(&on, &geometry, &attributes, triangle);
+#ifdef HAS_SHADOW_MAPS
+  if (is_held) told = tile_verdicts(shade, &tile, &on, hits, capacity, begin, shadow_infos, shadow_views, shadow_maps);
+#endif
+#endif
   for (uint first = begin; first < end; first += LANES) {
     corners_prefetch(corners, hit_ids, first + RAYS_PER_ITEM, ray_count);
     Arrivals in = arrivals_load(&from, shade, &tile, first, ray_count);
@@ -227,7 +246,7 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
     }
 
     HitPlace at = arrival_place(&in, &from, shade, &tile, first);
-    Surface s = surface_load(&geometry, &attributes, id, at.u, at.v, direction, hit);
+    Surface s = surface_load(&on, &geometry, &attributes, id, at.u, at.v, direction, hit, is_held);
     Vec3L to_eye = scale3(unit3(direction), FLOATL(-1));
     FloatL nv = max_lane(fabs(dot3(s.normal, to_eye)), FLOATL(1e-6f));
     Vec3L origin = add3(s.position, s.offset);
@@ -312,7 +331,9 @@ kernel void shade(const ShadeInfo settings, global const float *rays, global con
 #ifdef HAS_SHADOW_MAPS
       global const ShadowInfo *info = &shadow_infos[number];
       if (info->view_count) {
-        FloatL fraction = shadow_lit(info, shadow_views, shadow_maps, origin, s.geometric, id, reached);
+        FloatL fraction = FLOATL((float)(told.lit >> i & 1));
+        if (!((told.lit | told.dark) >> i & 1))
+          fraction = shadow_lit(info, shadow_views, shadow_maps, origin, s.geometric, id, reached);
         sum.rgb = select3(reached, add3(sum.rgb, scale3(arrives, fraction)), sum.rgb);
         continue;
       }
