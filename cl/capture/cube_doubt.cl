@@ -24,7 +24,8 @@
 // Ray [0, ray_count) from the eye whose place beside the centre is `aside_m` metres across the ray, turned by (cos,
 // sin).
 kernel void cube_turn(constant CubeInfo *cube, float aside_m, float turn_cos, float turn_sin, global const float *rays,
-                      uint capacity, uint ray_count, global const float *hits, global float *turned)
+                      uint capacity, uint ray_count, global const float *hits, global const uint *ids,
+                      global float *turned)
 {
   uint begin = get_global_id(0) * RAYS_PER_ITEM;
   uint end = min(begin + RAYS_PER_ITEM, ray_count);
@@ -34,7 +35,9 @@ kernel void cube_turn(constant CubeInfo *cube, float aside_m, float turn_cos, fl
     Vec3L axis = vec3l(steep ? FLOATL(1) : FLOATL(0), steep ? FLOATL(0) : FLOATL(1), FLOATL(0));
     Vec3L across = unit3(cross3(unit, axis)), up = cross3(across, unit);
     Vec3L aside = add3(scale3(across, FLOATL(aside_m * turn_cos)), scale3(up, FLOATL(aside_m * turn_sin)));
-    Vec3L way = scale3(direction, LANE_LOAD(hits + HIT_T * capacity, first));
+    IntL hit = LANE_LOAD(ids, first) != UINTL(HIT_NONE);
+    FloatL t = hit ? LANE_LOAD(hits + HIT_T * capacity, first) : LANE_LOAD(rays + RAY_T_MAX * capacity, first);
+    Vec3L way = scale3(direction, t);
     stream_store3(sub3(way, aside), turned, capacity, RAY_DIRECTION_X, first);
   }
 }

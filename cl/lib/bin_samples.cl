@@ -63,28 +63,25 @@ static inline void block_make(BinSamples *bin, uint block, constant CameraInfo *
     out->a[part] = kept.x;
     out->b[part] = kept.y;
     out->c[part] = kept.z;
-    out->t[part] = begin ? camera_ray_end(camera, x, y) : from->t[at];
-    out->u[part] = begin ? FLOATL(0) : from->u[at];
-    out->v[part] = begin ? FLOATL(0) : from->v[at];
-    out->ids[part] = begin ? UINTL(HIT_NONE) : from->ids[at];
+    UintL id = UINTL(HIT_NONE);
+    FloatL t = camera_ray_end(camera, x, y), zero = FLOATL(0), u = zero, v = zero;
+    if (!begin) {
+      id = from->ids[at];
+      IntL hit = id != UINTL(HIT_NONE);
+      t = hit ? from->t[at] : t;
+      u = hit ? from->u[at] : u;
+      v = hit ? from->v[at] : v;
+    }
+    out->t[part] = t;
+    out->u[part] = u;
+    out->v[part] = v;
+    out->ids[part] = id;
   }
   for (uint part = 0; part < BLOCK_PARTS && !bin->is_parallel && bin->axis[block] != AXIS_MIXED; part++) {
     ShearedRay ray = shear_ray(no_origin(), vec3l(out->a[part], out->b[part], out->c[part]), bin->axis[block]);
     out->a[part] = ray.shear_x;
     out->b[part] = ray.shear_y;
     out->c[part] = ray.shear_z;
-  }
-}
-
-// What a block's slots hold where nothing is drawn.
-static inline void block_clear(constant CameraInfo *camera, uint2 px, uint at, const Target *to)
-{
-  for (uint part = 0; part < BLOCK_PARTS; part++, at++) {
-    IntL lane = INTL((int)(part * LANES)) + LANE_INDEX;
-    UintL x = UINTL(px.x) + LANE_AS_UINT(lane & INTL(3)), y = UINTL(px.y) + LANE_AS_UINT(lane >> INTL(2));
-    to->t[at] = camera_ray_end(camera, x, y);
-    to->u[at] = to->v[at] = FLOATL(0);
-    to->ids[at] = UINTL(HIT_NONE);
   }
 }
 
@@ -135,7 +132,7 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
       bin->inside[row] |= 1u << column;
       bin->target[block] = ((tile - first_tile + sample * tile_count) * TILE_PIXELS + within) / LANES;
       if (empty) {
-        block_clear(camera, px, bin->target[block], from);
+        for (uint part = 0; part < BLOCK_PARTS; part++) from->ids[bin->target[block] + part] = UINTL(HIT_NONE);
         continue;
       }
       block_make(bin, block, camera, offset, px, begin, from);
@@ -146,6 +143,7 @@ static inline void bin_make(BinSamples *bin, constant CameraInfo *camera, Float2
   }
 }
 
+// What is undefined is not written: half of the blocks of a wide view see nothing.
 static inline void bin_store(const BinSamples *bin, const Target *to)
 {
   for (uint block = 0; block < BIN_BLOCKS; block++) {
@@ -153,10 +151,11 @@ static inline void bin_store(const BinSamples *bin, const Target *to)
     const Block *from = &bin->blocks[block];
     for (uint part = 0; part < BLOCK_PARTS; part++) {
       uint at = bin->target[block] + part;
+      to->ids[at] = from->ids[part];
+      if (!any_lane(from->ids[part] != UINTL(HIT_NONE))) continue;
       to->t[at] = from->t[part];
       to->u[at] = from->u[part];
       to->v[at] = from->v[part];
-      to->ids[at] = from->ids[part];
     }
   }
 }

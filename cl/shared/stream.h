@@ -32,7 +32,7 @@ enum RayField {
 #define RAY_FROM_MIRROR 0x80000000u
 
 enum HitField {
-  HIT_T,  // undefined where the id is HIT_NONE
+  HIT_T,  // this and the others are undefined where the id is HIT_NONE
   HIT_U,  // barycentric weight of vertex 1
   HIT_V,  // barycentric weight of vertex 2
   HIT_FIELD_COUNT

@@ -41,10 +41,11 @@ Status cube_doubt_turn(const CubeDoubt *doubt, Device *device, const DeviceBuffe
                        const RayStream *rays, uint32_t count, const HitStream *hits, const RayStream *turned, Log *log)
 {
   float turn_cos = (float)cos(turn_rad), turn_sin = (float)sin(turn_rad);
-  return device_launch(device, &doubt->turn, work_items(device, count), count, "look at a cube map from beside it",
-                       ARGS(ARG_BUFFER(*info), ARG(aside_m), ARG(turn_cos), ARG(turn_sin), ARG_BUFFER(rays->rays),
-                            ARG(rays->capacity), ARG(count), ARG_BUFFER(hits->hits), ARG_BUFFER(turned->rays)),
-                       log);
+  return device_launch(
+      device, &doubt->turn, work_items(device, count), count, "look at a cube map from beside it",
+      ARGS(ARG_BUFFER(*info), ARG(aside_m), ARG(turn_cos), ARG(turn_sin), ARG_BUFFER(rays->rays), ARG(rays->capacity),
+           ARG(count), ARG_BUFFER(hits->hits), ARG_BUFFER(hits->ids), ARG_BUFFER(turned->rays)),
+      log);
 }
 
 Status cube_doubt_change(const CubeDoubt *doubt, Device *device, uint32_t count, const DeviceBuffer *radiance, Log *log)

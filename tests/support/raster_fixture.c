@@ -250,7 +250,7 @@ uint32_t raster_hits_differ(const RasterHits *a, const RasterHits *b, const char
   assert_int_equal(a->count, b->count);
   for (uint32_t i = 0; i < a->count; i++) {
     const float left[3] = {a->t[i], a->u[i], a->v[i]}, right[3] = {b->t[i], b->u[i], b->v[i]};
-    if (a->ids[i] == b->ids[i] && !memcmp(left, right, sizeof left)) continue;
+    if (a->ids[i] == b->ids[i] && (a->ids[i] == HIT_NONE || !memcmp(left, right, sizeof left))) continue;
     if (differ++ < 5)
       printf("%s: slot %u: triangle %u at %a (%a, %a), by rays %u at %a (%a, %a)\n", what, i, b->ids[i], b->t[i],
              b->u[i], b->v[i], a->ids[i], a->t[i], a->u[i], a->v[i]);
