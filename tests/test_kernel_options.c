@@ -16,6 +16,7 @@
 #include "support/kernel_text.h"
 #include "support/picture_fixture.h"
 #include "support/scene_features.h"
+#include "support/test_device.h"
 
 // A build that was asked for.
 typedef struct Asked {
@@ -172,6 +173,7 @@ static void kernels_are_told_what_they_look_at(void **state)
 static void no_kernel_is_left_out(void **state)
 {
   char looked_at[256];
+  if (test_skips_on_gpu("kernels for lanes")) return;
   all_ask(picture_device(16));
   for (const KernelSource *source = kernel_sources; source->path; source++) {
     bool is_asked = false;
