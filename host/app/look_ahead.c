@@ -146,7 +146,7 @@ static Status steps_look(Views *views, Run *run, uint32_t frames)
   TRY(pose_make(&before, &run->scene, run->log));
   TRY(pose_make(&now, &run->scene, run->log));
   bool posed = true;
-  for (uint32_t i = 0; i < steps && posed; i++) {
+  for (uint32_t i = 0; i < steps; i++) {
     const uint32_t frame = (uint32_t)((uint64_t)i * (frames - 1) / steps);
     posed = !pose_take(&before, i ? &now : NULL, run, frame, &unheard) &&
             !pose_take(&now, &before, run, frame + 1, &unheard);

@@ -7,6 +7,6 @@
 // the animation, whichever are asked for; of those that are asked for where nothing is animated. run->scene is left in
 // one of the poses that are looked at; where it cannot be posed, nothing is taken for kept.
 //
-// Cost: twice STEPS poses of the scene; bounds of all objects once, and again of those that moved. Errors:
-// STATUS_NO_MEMORY.
+// Cost: 16 poses of the scene and sums of its vertices; bounds of all objects once, and of those that moved
+// again: 50 ms for 440 000 vertices. Errors: STATUS_NO_MEMORY.
 Status look_ahead(Run *run);
