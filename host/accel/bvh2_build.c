@@ -1,7 +1,7 @@
 #include <string.h>
 
 #include "accel/bvh2_subtree.h"
-#include "accel/large_array.h"
+#include "base/large_array.h"
 #include "base/parallel.h"
 
 // The top of the tree is divided level by level, each level's ranges cut into chunks for the threads; ranges that are

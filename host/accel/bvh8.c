@@ -3,7 +3,7 @@
 
 #include "accel/bvh.h"
 #include "accel/bvh_cost.h"
-#include "accel/large_array.h"
+#include "base/large_array.h"
 #include "base/parallel.h"
 
 enum { TASKS_PER_TREE = 64, MIN_TASK_TRIANGLES = 4096 };

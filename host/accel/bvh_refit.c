@@ -4,7 +4,7 @@
 
 #include "accel/box.h"
 #include "accel/bvh_cost.h"
-#include "accel/large_array.h"
+#include "base/large_array.h"
 #include "base/parallel.h"
 
 enum {

@@ -1,5 +1,6 @@
 #include <stdlib.h>
 
+#include "base/large_array.h"
 #include "base/parallel.h"
 #include "device_scene/flat_scene.h"
 #include "shared/bvh.h"
@@ -123,13 +124,13 @@ static Status geometry_allocate(FlatScene *flat, const Scene *scene, Log *log)
   flat->vertex_count = (uint32_t)vertices;
   flat->triangle_count = (uint32_t)triangles;
   flat->object_count = scene->object_count;
-  flat->positions = malloc((vertices + 1) * sizeof *flat->positions);
-  flat->normals = malloc((vertices + 1) * sizeof *flat->normals);
-  flat->tangents = has_normal_maps ? malloc((vertices + 1) * sizeof *flat->tangents) : NULL;
-  flat->uvs = malloc((flat->uv_set_count * vertices + 1) * sizeof *flat->uvs);
-  flat->colors = has_colors ? malloc((vertices + 1) * sizeof *flat->colors) : NULL;
-  flat->corners = malloc((triangles + 1) * sizeof *flat->corners);
-  flat->flags = malloc((triangles + 1) * sizeof *flat->flags);
+  flat->positions = large_array(vertices + 1, sizeof *flat->positions);
+  flat->normals = large_array(vertices + 1, sizeof *flat->normals);
+  flat->tangents = has_normal_maps ? large_array(vertices + 1, sizeof *flat->tangents) : NULL;
+  flat->uvs = large_array(flat->uv_set_count * vertices + 1, sizeof *flat->uvs);
+  flat->colors = has_colors ? large_array(vertices + 1, sizeof *flat->colors) : NULL;
+  flat->corners = large_array(triangles + 1, sizeof *flat->corners);
+  flat->flags = large_array(triangles + 1, sizeof *flat->flags);
   flat->object_starts = malloc((scene->object_count + 1) * sizeof *flat->object_starts);
   bool failed = !flat->positions || !flat->normals || !flat->uvs || (has_colors && !flat->colors) || !flat->corners ||
                 (has_normal_maps && !flat->tangents) || !flat->flags || !flat->object_starts;

@@ -3,12 +3,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/large_array.h"
+
 const BvhOptions flat_bvh_options = {.max_leaf = 4, .traversal_cost = 1};
 
 Status flat_bvh_make(Bvh2 *out, const FlatScene *flat, Log *log)
 {
   // TriangleCorners is a triple of indices and a material: the builder takes the triples alone.
-  uint32_t(*triples)[3] = malloc(((size_t)flat->triangle_count + 1) * sizeof *triples);
+  uint32_t(*triples)[3] = large_array((size_t)flat->triangle_count + 1, sizeof *triples);
   if (!triples) return log_no_memory(log, "BVH");
   for (uint32_t i = 0; i < flat->triangle_count; i++) memcpy(triples[i], flat->corners[i].vertex, sizeof triples[i]);
   TriangleSoup soup = {.positions = (const float(*)[3])flat->positions,

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/large_array.h"
 #include "render/exposure.h"
 #include "shared/aov.h"
 
@@ -40,7 +41,7 @@ static void group_add(PictureData *data, ImageChannels group) { data->groups[dat
 // Planes of one quantity, interleaved and scaled.
 static float *planes_interleave(const float *planes, size_t pixels, float scale)
 {
-  float *out = malloc(pixels * 3 * sizeof *out);
+  float *out = large_array(pixels * 3, sizeof *out);
   for (size_t i = 0; i < pixels && out; i++)
     for (int c = 0; c < 3; c++) out[3 * i + c] = planes[c * pixels + i] * scale;
   return out;
@@ -50,8 +51,8 @@ static Status aov_surface_groups(PictureData *data, Frame *frame, uint32_t names
 {
   Status status = STATUS_OK;
   float scale = 1.0f / (float)frame->request.samples;
-  data->values = malloc(pixels * AOV_VALUE_PLANES * sizeof *data->values);
-  data->ids = malloc(pixels * AOV_ID_PLANES * sizeof *data->ids);
+  data->values = large_array(pixels * AOV_VALUE_PLANES, sizeof *data->values);
+  data->ids = large_array(pixels * AOV_ID_PLANES, sizeof *data->ids);
   if (!data->values || !data->ids) return log_no_memory(log, "AOVs");
   TRY(buffer_read(frame->device, &frame->film.aov_values, data->values, pixels * AOV_VALUE_PLANES * sizeof(float),
                   log));
@@ -82,7 +83,7 @@ static size_t pixel_count(const Frame *frame) { return (size_t)frame->camera.inf
 
 static Status sums_read(float **out, Frame *frame, const DeviceBuffer *sums, size_t pixels, Log *log)
 {
-  *out = malloc(pixels * 4 * sizeof **out);
+  *out = large_array(pixels * 4, sizeof **out);
   if (!*out) return log_no_memory(log, "AOVs");
   return buffer_read(frame->device, sums, *out, pixels * 4 * sizeof **out, log);
 }
@@ -111,7 +112,7 @@ done:
 static Status aov_shadow_group(PictureData *data, Frame *frame, size_t pixels, Log *log)
 {
   Status status = STATUS_OK;
-  data->shadows = malloc(pixels * sizeof *data->shadows);
+  data->shadows = large_array(pixels, sizeof *data->shadows);
   if (!data->shadows) return log_no_memory(log, "AOVs");
   TRY(picture_lit_shares(data->shadows, frame, log));
   group_add(data, (ImageChannels){{"shadow.Y"}, 1, 1, data->shadows, 0});
@@ -210,7 +211,7 @@ Status picture_write(Frame *frame, const PictureOptions *options, ImageHelper *i
   if (options->aovs && !exr) return log_fail(log, STATUS_USAGE, "%s: --aov needs a format with layers: use .exr", path);
 
   ResolveInfo resolve = picture_resolve_info(options, frame, frame->request.samples, !linear);
-  data.picture = malloc(pixels * 4 * sizeof *data.picture);
+  data.picture = large_array(pixels * 4, sizeof *data.picture);
   if (!data.picture) {
     status = log_no_memory(log, path);
     goto done;

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/large_array.h"
 #include "scene/gltf_guard.h"
 #include "scene/gltf_shim.h"
 
@@ -51,7 +52,7 @@ Status gltf_allocate(void *out, Gltf *gltf, uint64_t count, size_t element_bytes
   if (overflows || (limit && gltf->used_bytes > limit))
     return gltf_fail(gltf, STATUS_TOO_LARGE, "raise --max-memory or draw a smaller scene",
                      "%s needs more memory than allowed", gltf->where[0] ? gltf->where : "the scene");
-  memory = calloc(bytes ? bytes : 1, 1);
+  memory = huge_pages_ask(calloc(bytes ? bytes : 1, 1), bytes);
   memcpy(out, &memory, sizeof memory);
   return memory ? STATUS_OK : log_no_memory(gltf->log, gltf->path);
 }
