@@ -47,7 +47,7 @@ static void views_of_a_table_are_seen_as_rays_see_them(void **state)
   RasterShot shot = raster_shot(&camera, 8, 8, 1);
   const RasterOptions narrow = {.pass_chunks = 7, .pass_tiles = 40};
   Soup soup = {0};
-  soup_random(&soup, 9000, 1.5f, 0.2f, 8);
+  soup_random(&soup, 50000, 1.5f, 0.08f, 8);  // more than 256 chunks times views
   for (uint32_t i = 0; i < soup.triangle_count; i++) soup.flags[i] = i / 50 % 4;
   raster_fixture_of_soup(&fixture, &soup);
   static const uint32_t sizes[] = {32, 128, 136};

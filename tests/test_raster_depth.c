@@ -197,7 +197,7 @@ static void cube_within_a_mesh_has_no_crack(void **state)
   for (int face = 0; face < 6; face++) views[face] = map_view_of_face(face, eye, CUBE, 0.05);
   for (int mesh = 0; mesh < 3; mesh++) {
     Soup soup = {0};
-    if (mesh == 0) soup_sphere(&soup, 40, 1, center, 0.2f);
+    if (mesh == 0) soup_sphere(&soup, 110, 1, center, 0.2f);
     if (mesh == 1) soup_grid(&soup, 15, low, high);
     if (mesh == 2) soup_grid(&soup, 1, low, high);
     RasterFixture fixture;

@@ -115,6 +115,14 @@ static inline UintL bins_range(FloatL low, FloatL high, uint first, uint end)
 
 #define SORT_CHUNKS 1024  // at a time
 
+// The item of a work-item, no less than item_count for one of no use. A runtime gives a thread neighbours: not all of
+// these are unseen.
+static inline uint spread_item(uint number, uint item_count)
+{
+  uint share = (item_count + RASTER_SPREAD - 1) / RASTER_SPREAD;
+  return number < share * RASTER_SPREAD ? number % RASTER_SPREAD * share + number / RASTER_SPREAD : item_count;
+}
+
 // Items of a view among those [first_item, first_item + item_count) of a pass, counted from there: begin and end.
 static inline uint2 view_items(global const uint *item_starts, uint view, uint first_item, uint item_count)
 {

@@ -19,10 +19,11 @@ kernel void depth_setup(global const RasterBlock *blocks, global const RasterBou
                         uint columns, global uint *records, global uint *spans, global uint *starts,
                         global ushort *lists)
 {
-  uint item = get_global_id(0);
+  uint item = spread_item(get_global_id(0), item_count);
   if (item >= item_count) return;
-  uint chunk = items[first_item + item].chunk;
-  constant RasterView *view = &views[items[first_item + item].view];
+  uint chunk = items[first_item + item].chunk, number = items[first_item + item].view;
+  if (number == RASTER_UNSEEN) return;
+  constant RasterView *view = &views[number];
   BinRanges ranges;
   blocks += chunk * RASTER_CHUNK_BLOCKS;
   records += item * (RASTER_CHUNK + 1) * DEPTH_WORDS;

@@ -22,10 +22,11 @@ kernel void visibility_setup(global const RasterBlock *blocks, global const Rast
                              constant Float2 *offsets, uint sample_count, uint columns, uint first_row, uint rows,
                              global uint *records, global uint *spans, global uint *starts, global ushort *lists)
 {
-  uint item = get_global_id(0);
+  uint item = spread_item(get_global_id(0), item_count);
   if (item >= item_count) return;
-  uint chunk = items[first_item + item].chunk;
-  constant RasterView *view = &views[items[first_item + item].view];
+  uint chunk = items[first_item + item].chunk, number = items[first_item + item].view;
+  if (number == RASTER_UNSEEN) return;
+  constant RasterView *view = &views[number];
   uint first_y = first_row * RASTER_BIN_PX, end_y = min((first_row + rows) * RASTER_BIN_PX, view->height);
   BinRanges ranges;
   blocks += chunk * RASTER_CHUNK_BLOCKS;

@@ -33,6 +33,11 @@ typedef struct RasterItem {
 } RasterItem;
 SHARED_SIZE(RasterItem, 8);
 
+// Setup is launched for a multiple of that many items: neighbouring work-items are this share of all apart.
+#define RASTER_SPREAD 16
+
+#define RASTER_UNSEEN 0xffffffffu  // the view of an item behind the last one
+
 // Where the survivors of an item are in its view, structure of arrays [SPAN_FIELDS][items], and SPAN_PADDING words
 // behind it: how many, which bins they touch, [first, end), and how near.
 #define SPAN_COUNT 0

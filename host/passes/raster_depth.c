@@ -23,7 +23,7 @@ static Status kernels_make(RasterDepth *raster, Device *device, const DeviceScen
   const bool bins = raster->way == RASTER_WAY_BINS;
   TRY(raster_program(&program, device, scene, bins ? bins_path : "raster/depth_direct.cl", PROGRAM_USES, log));
   if (bins) {
-    TRY(raster_items_make(&raster->items, program, RASTER_SIGHT_MAP, log));
+    TRY(raster_items_make(&raster->items, program, raster->way, RASTER_SIGHT_MAP, log));
     TRY(program_kernel(&raster->setup, program, "depth_setup", log));
     TRY(program_kernel(&raster->bins, program, "depth_bins", log));
   } else {
@@ -89,7 +89,7 @@ static Status bins_draw(RasterDepth *raster, Device *device, const DeviceScene *
   for (uint32_t first = 0; first < raster->items.count || begin; first += raster->items.pass, begin = 0) {
     uint32_t items = smaller(raster->items.pass, raster->items.count - first);
     TRY(device_launch(
-        device, &raster->setup, items, (uint64_t)items * RASTER_CHUNK, "set up and bin triangles of depth maps",
+        device, &raster->setup, divide_up(items, RASTER_SPREAD) * RASTER_SPREAD, (uint64_t)items * RASTER_CHUNK, "set up and bin triangles of depth maps",
         ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ITEM_ARGS(&raster->items, first, items),
              ARG_BUFFER(raster->views), ARG(columns), BIN_ARGS(&raster->binned)),
         log));

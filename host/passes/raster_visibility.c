@@ -20,7 +20,7 @@ static Status kernels_make(RasterVisibility *raster, Device *device, const Devic
   Status status = STATUS_OK;
   Program *program = NULL;
   TRY(raster_program(&program, device, scene, raster_visibility_path(raster->way), TESTS_MASKS, log));
-  TRY(raster_items_make(&raster->items, program, RASTER_SIGHT_CAMERA, log));
+  TRY(raster_items_make(&raster->items, program, raster->way, RASTER_SIGHT_CAMERA, log));
   if (raster->way == RASTER_WAY_BINS) {
     TRY(program_kernel(&raster->setup, program, "visibility_setup", log));
     TRY(program_kernel(&raster->bins, program, "visibility_bins", log));
@@ -163,7 +163,8 @@ static Status bins_draw(RasterVisibility *raster, Device *device, const DeviceSc
     uint32_t items = smaller(raster->items.pass, raster->items.count - first);
     if (!raster->ready)
       TRY(device_launch(
-          device, &raster->setup, items, (uint64_t)items * RASTER_CHUNK, "set up and bin triangles",
+          device, &raster->setup, divide_up(items, RASTER_SPREAD) * RASTER_SPREAD, (uint64_t)items * RASTER_CHUNK,
+          "set up and bin triangles",
           ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ITEM_ARGS(&raster->items, first, items),
                ARG_BUFFER(raster->views), ARG_BUFFER(raster->hidden), ARG(raster->hidden_count),
                ARG_BUFFER(camera->offsets), ARG(raster->samples), ARG(raster->columns), ARG(first_row), ARG(rows),

@@ -207,17 +207,19 @@ static void sameness_check(Bench *bench)
 
 // Bytes that our passes read and write for each triangle of the scene: blocks, and the records of those that are seen.
 // Not a number where a pass does not hold all.
-static double triangle_bytes(Bench *bench, const RasterBins *bins, const RasterItems *items, uint32_t record_words)
+static double triangle_bytes(Bench *bench, const RasterBins *bins, const RasterItems *items, uint32_t view_count,
+                             uint32_t record_words)
 {
+  Device *device = bench->ours.base.device;
   if (!bins->spans.memory || items->pass < items->count) return NAN;
-  uint32_t *counts = calloc(items->count, sizeof *counts);  // SPAN_COUNT comes first
+  uint32_t *counts = calloc(items->count, sizeof *counts), seen = 0;  // SPAN_COUNT comes first
   double records = 0;
-  if (!counts ||
-      buffer_read(bench->ours.base.device, &bins->spans, counts, items->count * sizeof *counts, log_of(bench)))
+  if (!counts || buffer_read(device, &bins->spans, counts, items->count * sizeof *counts, log_of(bench)) ||
+      buffer_read_part(device, &items->starts, view_count * sizeof seen, &seen, sizeof seen, log_of(bench)))
     stop("the counts of triangles cannot be read");
-  for (size_t i = 0; i < items->count; i++) records += counts[i];
+  for (size_t i = 0; i < seen; i++) records += counts[i];
   free(counts);
-  return (44.0 * RASTER_CHUNK * items->count + 8.0 * record_words * records) / bench->ours.triangles.triangle_count;
+  return (44.0 * RASTER_CHUNK * seen + 8.0 * record_words * records) / bench->ours.triangles.triangle_count;
 }
 
 static void bytes_print(Bench *bench, Stage stage)
@@ -225,8 +227,8 @@ static void bytes_print(Bench *bench, Stage stage)
   const RasterVisibility *eye = &bench->ours.visibility;
   const RasterDepth *map = stage == CUBE ? &bench->ours.cube : &bench->ours.maps[stage == MAP_2048];
   double bytes = NAN;
-  if (stage <= CUBE) bytes = triangle_bytes(bench, &map->binned, &map->items, DEPTH_WORDS);
-  if (stage == VISIBILITY) bytes = triangle_bytes(bench, &eye->binned, &eye->items, VISIBLE_WORDS);
+  if (stage <= CUBE) bytes = triangle_bytes(bench, &map->binned, &map->items, stage == CUBE ? 6 : 1, DEPTH_WORDS);
+  if (stage == VISIBILITY) bytes = triangle_bytes(bench, &eye->binned, &eye->items, 1, VISIBLE_WORDS);
   if (stage <= VISIBILITY) printf(" %8d", stage == VISIBILITY ? 16 : 4);
   if (bytes > 0) printf(" %11.0f", bytes);
 }
