@@ -15,16 +15,17 @@ typedef struct PlaneDepth {
 
 // One of a light's maps.
 typedef struct LightMap {
-  global const float *texels, *planes;
+  global const float *texels, *planes, *wide;
   uint size;
 } LightMap;
 
 // `maps`: those of the light.
 static inline LightMap light_map(global const ShadowInfo *info, global const float *maps, uint number)
 {
-  uint size = info->size_px, texels = size * size;
-  LightMap map = {maps + number * texels, maps + info->view_count * texels + number * (texels / DEPTH_PLANE_TEXELS),
-                  size};
+  uint size = info->size_px, texels = size * size, count = info->view_count;
+  global const float *planes = maps + count * texels, *wide = planes + count * depth_plane_floats(size);
+  LightMap map = {maps + number * texels, planes + number * depth_plane_floats(size),
+                  wide + number * depth_wide_floats(size), size};
   return map;
 }
 
@@ -120,34 +121,35 @@ static inline float4 points_box(const MapPoint *at, IntL group)
                   greatest_lane(group ? at->x : nowhere), greatest_lane(group ? at->y : nowhere));
 }
 
-// Returns 1 where all blocks of 4 x 4 texels under kernels of that side, whose middles are in `box`, leave a plane lit,
-// 0 where all leave it in the dark, -1 where neither is sure. It is the plane of one lane. By the planes of the blocks,
-// four at once.
-static inline int kernels_judge(global const float *planes, uint size, float side, float4 box, const MapPoint *at,
-                                const PlaneDepth *plane, uint lane)
+// Returns 1 where all blocks of block_px x block_px texels under kernels of that side, whose middles are in `box`,
+// leave a plane lit, 0 where all leave it in the dark, -1 where neither is sure. It is the plane of one lane. By the
+// planes of the blocks, four at once.
+static inline int kernels_judge(global const float *planes, uint size, uint block_px, float side, float4 box,
+                                const MapPoint *at, const PlaneDepth *plane, uint lane)
 {
   const int16 number = (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15), field = number & 3;
   const int16 is_end = field <= DEPTH_PLANE_HIGH;
   const float16 block = convert_float16(number >> 2), turn = field == DEPTH_PLANE_HIGH ? (float16)(-1) : (float16)(1);
-  const float16 thrice = 3 * turn;
-  int last = (int)size / 4 - 1;
+  const float px = (float)block_px;
+  const float16 reach_px = (px - 1) * turn;
+  int last = (int)(size / block_px) - 1;
   const float4 reach = (float4)(-0.5f, -0.5f, 0.5f, 0.5f) * side;
-  const int4 blocks = convert_int4(clamp((box + reach) * 0.25f, 0.0f, (float)last));
+  const int4 blocks = convert_int4(clamp((box + reach) * (1 / px), 0.0f, (float)last));
   int x0 = blocks.x, y0 = blocks.y, x1 = blocks.z, y1 = blocks.w;
   if (x1 - x0 >= CLEAR_COLUMNS || y1 - y0 >= CLEAR_ROWS) return -1;
   float by_x = LANE_FLOAT(plane->by_x, lane), by_y = LANE_FLOAT(plane->by_y, lane);
   float slack = LANE_FLOAT(plane->slack, lane), depth = LANE_FLOAT(plane->depth, lane) - slack;
   float16 slopes = field == DEPTH_PLANE_BY_X ? (float16)(by_x) : (float16)(by_y), worst = INFINITY, zeros = 0;
-  float16 down = is_end ? (float16)(4 * by_y) : zeros, column = block + (float)x0;
+  float16 down = is_end ? (float16)(px * by_y) : zeros, column = block + (float)x0;
   for (int x = x0; x <= x1; x += 4, column += 4) {
     int16 within = is_end & (column <= (float)x1);
-    float16 here = depth + by_x * (4 * column + 0.5f - LANE_FLOAT(at->x, lane)) +
-                   by_y * (4 * (float)y0 + 0.5f - LANE_FLOAT(at->y, lane));
+    float16 here = depth + by_x * (px * column + 0.5f - LANE_FLOAT(at->x, lane)) +
+                   by_y * (px * (float)y0 + 0.5f - LANE_FLOAT(at->y, lane));
     float16 lower = zeros;
     here = is_end ? here : slopes;
     for (int y = y0; y <= y1; y++, lower += down) {
       float16 apart = vload16(0, planes + 4 * (y * (last + 1) + x)) - (here + lower);
-      float16 more_x = apart.s22226666aaaaeeee * thrice, more_y = apart.s33337777bbbbffff * thrice;
+      float16 more_x = apart.s22226666aaaaeeee * reach_px, more_y = apart.s33337777bbbbffff * reach_px;
       apart = apart * turn + (more_x < 0 ? more_x : zeros) + (more_y < 0 ? more_y : zeros);
       worst = (within & (apart < worst)) ? apart : worst;
     }
@@ -165,7 +167,7 @@ static inline FloatL lit_by_kernel(const LightMap *map, uint kernel_px, const Ma
   // same for all of them but for rounding, which takes no quarter of the slack.
   uint bits = lane_bits(group), lane = lowest_bit(bits);
   if (popcount(bits) >= CLEAR_LANES && !any_lane(group & (id != UINTL(LANE_UINT(id, lane))))) {
-    int all = kernels_judge(map->planes, map->size, (float)kernel_px, points_box(at, group), at, plane, lane);
+    int all = kernels_judge(map->planes, map->size, 4, (float)kernel_px, points_box(at, group), at, plane, lane);
     if (all >= 0) return FLOATL((float)all);
   }
 #endif

@@ -18,7 +18,18 @@ static inline uint depth_map_index(uint x, uint y, uint size)
 #define DEPTH_PLANE_HIGH 1
 #define DEPTH_PLANE_BY_X 2
 #define DEPTH_PLANE_BY_Y 3
-#define DEPTH_PLANE_TEXELS 4    // for each float
-#define DEPTH_PLANES_ITEM 1024  // that one work-item finds
+#define DEPTH_PLANES_ROWS 4  // of blocks, which one work-item bounds
+
+// The same of squares of 4 x 4 blocks lies behind the planes of all maps of a light, where maps are of whole ones.
+#define DEPTH_WIDE_PX 16
+
+static inline int depth_map_is_wide(uint size) { return size % DEPTH_WIDE_PX == 0; }
+
+// Floats of the planes of a map.
+static inline uint depth_plane_floats(uint size) { return size / 4 * (size / 4) * 4; }
+static inline uint depth_wide_floats(uint size)
+{
+  return depth_map_is_wide(size) ? size / DEPTH_WIDE_PX * (size / DEPTH_WIDE_PX) * 4 : 0;
+}
 
 #endif

@@ -89,7 +89,8 @@ static Status bins_draw(RasterDepth *raster, Device *device, const DeviceScene *
   for (uint32_t first = 0; first < raster->items.count || begin; first += raster->items.pass, begin = 0) {
     uint32_t items = smaller(raster->items.pass, raster->items.count - first);
     TRY(device_launch(
-        device, &raster->setup, divide_up(items, RASTER_SPREAD) * RASTER_SPREAD, (uint64_t)items * RASTER_CHUNK, "set up and bin triangles of depth maps",
+        device, &raster->setup, divide_up(items, RASTER_SPREAD) * RASTER_SPREAD, (uint64_t)items * RASTER_CHUNK,
+        "set up and bin triangles of depth maps",
         ARGS(ARG_BUFFER(triangles->blocks), ARG_BUFFER(triangles->bounds), ITEM_ARGS(&raster->items, first, items),
              ARG_BUFFER(raster->views), ARG(columns), BIN_ARGS(&raster->binned)),
         log));
@@ -191,16 +192,16 @@ done:
 }
 
 Status raster_depth_planes(Device *device, const DeviceScene *scene, const DeviceBuffer *maps, uint32_t first_texel,
-                           uint32_t texel_count, uint32_t first_plane, Log *log)
+                           uint32_t size_px, uint32_t view_count, Log *log)
 {
   Status status = STATUS_OK;
   Program *program = NULL;
   Kernel kernel = {0};
-  const uint32_t blocks = texel_count / 16;
+  const uint32_t texels = view_count * size_px * size_px, rows = view_count * size_px / 4;
   TRY(raster_program(&program, device, scene, bins_path, PROGRAM_USES, log));
   TRY(program_kernel(&kernel, program, "depth_planes", log));
-  TRY(device_launch(device, &kernel, divide_up(blocks, DEPTH_PLANES_ITEM), texel_count, "bound blocks of depth maps",
-                    ARGS(ARG_BUFFER(*maps), ARG(first_texel), ARG(first_plane), ARG(blocks)), log));
+  TRY(device_launch(device, &kernel, divide_up(rows, DEPTH_PLANES_ROWS), texels, "bound blocks of depth maps",
+                    ARGS(ARG_BUFFER(*maps), ARG(first_texel), ARG(size_px), ARG(view_count)), log));
 
 done:
   kernel_free(&kernel);

@@ -32,8 +32,8 @@ Status raster_depth_into(RasterDepth *raster, Device *device, const DeviceScene 
 Status raster_depth(RasterDepth *raster, Device *device, const DeviceScene *scene, const RasterScene *triangles,
                     const RasterView *views, uint32_t view_count, Log *log);
 
-// Finds what bounds each block of maps that are drawn, on a device of more than one lane: `texel_count` of them from
-// `first_texel` on; the planes (DEPTH_PLANE_*) go to the same buffer, from `first_plane` on. Errors: those of
-// program_build.
+// Finds what bounds each block, and each square of blocks, of maps that are drawn and lie behind each other from
+// `first_texel` on, on a device of more than one lane. The planes (DEPTH_PLANE_*) go behind them: depth_plane_floats of
+// each map, then depth_wide_floats. Errors: those of program_build.
 Status raster_depth_planes(Device *device, const DeviceScene *scene, const DeviceBuffer *maps, uint32_t first_texel,
-                           uint32_t texel_count, uint32_t first_plane, Log *log);
+                           uint32_t size_px, uint32_t view_count, Log *log);

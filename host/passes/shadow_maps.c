@@ -20,7 +20,7 @@ static uint32_t plane_words(const ShadowInfo *info, const Device *device)
   enum { BEYOND = 12, MULTIPLE = 16 };
   bool by_kernels = info->method == SHADOW_BY_PCF || info->method == SHADOW_BY_PCSS;
   if (!by_kernels || device_traits(device)->lanes == 1) return 0;
-  uint32_t words = info->view_count * (view_texels(info) / DEPTH_PLANE_TEXELS) + BEYOND;
+  uint32_t words = info->view_count * (depth_plane_floats(info->size_px) + depth_wide_floats(info->size_px)) + BEYOND;
   return (words + MULTIPLE - 1) / MULTIPLE * MULTIPLE;
 }
 
@@ -133,9 +133,8 @@ static Status maps_draw(ShadowMaps *maps, const ShadowMaps *before, bool copied,
   }
   for (uint32_t i = 0; i < maps->light_count; i++) {
     const ShadowInfo *info = &maps->lights[i];
-    const uint32_t texels = info->view_count * view_texels(info);
     if (plane_words(info, device) && (copied || maps->kept[i] < info->view_count))
-      TRY(raster_depth_planes(device, scene, &maps->maps, info->first_texel, texels, info->first_texel + texels, log));
+      TRY(raster_depth_planes(device, scene, &maps->maps, info->first_texel, info->size_px, info->view_count, log));
   }
 
 done:

@@ -9,7 +9,7 @@
 #include "shared/raster.h"
 #include "shared/stream.h"
 
-enum { FRAME_MAP_PX = 2048, FRAME_MAP_WORDS = FRAME_MAP_PX * FRAME_MAP_PX / DEPTH_PLANE_TEXELS * 5 + 16 };
+enum { FRAME_MAP_PX = 2048, FRAME_MAP_WORDS = FRAME_MAP_PX * FRAME_MAP_PX / 64 * 81 + 16 };
 
 const uint32_t map_px[MAPS] = {1024, FRAME_MAP_PX}, capture_px[CAPTURES] = {256, 512};
 const char *const stage_names[STAGES] = {"depth map 1024",   "depth map 2048",     "cube 6 x 256",
@@ -47,7 +47,6 @@ static Status frame_maps_draw(RasterStages *stages, bool with_cube)
   Status status = STATUS_OK;
   Device *device = stages->base.device;
   const DeviceScene *scene = &stages->base.device_scene;
-  const uint32_t texels = map_px[1] * map_px[1];
   RasterView views[1 + FACES] = {light_view(stages, 1)};
   for (uint32_t i = 0; i < FACES; i++) {
     views[1 + i] = stages->views.faces[i];
@@ -56,7 +55,7 @@ static Status frame_maps_draw(RasterStages *stages, bool with_cube)
   TRY(raster_depth_into(&stages->maps[1], device, scene, &stages->triangles, views, with_cube ? 1 + FACES : 1,
                         &stages->frame_maps, &stages->base.log));
   if (device_traits(device)->lanes > 1)
-    TRY(raster_depth_planes(device, scene, &stages->frame_maps, 0, texels, texels, &stages->base.log));
+    TRY(raster_depth_planes(device, scene, &stages->frame_maps, 0, map_px[1], 1, &stages->base.log));
 
 done:
   return status;
