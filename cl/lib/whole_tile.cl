@@ -77,11 +77,9 @@ static inline TileCorners tile_corners(const WaveTile *tile, const HitTriangles 
 // Where the first four lanes are in a map: least x and y, greatest x and y.
 static inline float4 corners_box(const MapPoint *at)
 {
-  float8 all = (float8)(at->x.s0123, at->y.s0123);  // each corner by the two of another, and both by the other pair
-  float8 low = min(all, all.s10325476), high = max(all, all.s10325476);
-  low = min(low, low.s23016745);
-  high = max(high, high.s23016745);
-  return (float4)(low.s0, low.s4, high.s0, high.s4);
+  const float4 x = at->x.s0123, y = at->y.s0123;
+  const float4 x0 = min(x, x.s1032), x1 = max(x, x.s1032), y0 = min(y, y.s1032), y1 = max(y, y.s1032);
+  return (float4)(min(x0.x, x0.z), min(y0.x, y0.z), max(x1.x, x1.z), max(y1.x, y1.z));
 }
 
 // kernels_judge of a tile: as a part of a plane it lies between its corners in any view of it from one side.
