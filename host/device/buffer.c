@@ -29,11 +29,12 @@ uint64_t device_budget(const Device *device, uint64_t asked, uint64_t usual_most
 
 static void CL_CALLBACK pages_free(cl_mem memory, void *pages) { free(pages); }
 
-// On a CPU device what is large lies in huge pages: a first picture is made in four fifths of the time, as most of what
-// its buffers take is page faults.
-static cl_mem memory_create(Device *device, size_t bytes, cl_int *error)
+// On a CPU device what is large and `dense`, written from end to end, lies in huge pages: most of what such buffers take
+// is page faults. Others would take up memory that nobody asks for.
+static cl_mem memory_create(Device *device, size_t bytes, bool dense, cl_int *error)
 {
-  void *pages = device->info.is_pocl && !device->info.is_gpu && has_huge_pages(bytes) ? large_array(bytes, 1) : NULL;
+  const bool is_cpu = device->info.is_pocl && !device->info.is_gpu;
+  void *pages = dense && is_cpu && has_huge_pages(bytes) ? large_array(bytes, 1) : NULL;
   if (pages) {
     cl_mem memory = clCreateBuffer(device->context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, pages, error);
     if (memory && clSetMemObjectDestructorCallback(memory, pages_free, pages) == CL_SUCCESS) return memory;
@@ -43,7 +44,8 @@ static cl_mem memory_create(Device *device, size_t bytes, cl_int *error)
   return clCreateBuffer(device->context, CL_MEM_READ_WRITE, bytes, NULL, error);
 }
 
-Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void *initial, const char *what, Log *log)
+static Status buffer_make(DeviceBuffer *out, Device *device, size_t bytes, bool dense, const void *initial,
+                          const char *what, Log *log)
 {
   if (bytes > device->info.max_buffer_bytes)
     return log_fail(log, STATUS_TOO_LARGE,
@@ -56,7 +58,7 @@ Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void
   if (fault_due("buffer"))
     error = CL_MEM_OBJECT_ALLOCATION_FAILURE;
   else
-    memory = memory_create(device, allocated, &error);
+    memory = memory_create(device, allocated, dense, &error);
   if (error == CL_SUCCESS && copy)
     error = clEnqueueWriteBuffer(device->queue, memory, CL_TRUE, 0, bytes, initial, 0, NULL, NULL);
   if (error != CL_SUCCESS) {
@@ -67,11 +69,21 @@ Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void
   return STATUS_OK;
 }
 
+Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void *initial, const char *what, Log *log)
+{
+  return buffer_make(out, device, bytes, initial != NULL, initial, what, log);
+}
+
+Status buffer_create_whole(DeviceBuffer *out, Device *device, size_t bytes, const char *what, Log *log)
+{
+  return buffer_make(out, device, bytes, true, NULL, what, log);
+}
+
 Status buffer_reserve(DeviceBuffer *buffer, Device *device, size_t bytes, const char *what, Log *log)
 {
   if (buffer->memory && buffer->bytes >= bytes) return STATUS_OK;
   buffer_free(buffer);
-  return buffer_create(buffer, device, bytes, NULL, what, log);
+  return buffer_make(buffer, device, bytes, false, NULL, what, log);
 }
 
 Status buffer_put(DeviceBuffer *buffer, Device *device, size_t bytes, const void *from, const char *what, Log *log)
@@ -145,13 +157,48 @@ Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t 
   return buffer_read_part(device, buffer, 0, to, bytes, log);
 }
 
+static Status read_check(Device *device, cl_int error, void *read, size_t bytes, Log *log)
+{
+  if (error != CL_SUCCESS) return transfer_fail(log, device, "a transfer from it", error);
+  if (fault_due("corrupt")) ((unsigned char *)read)[bytes > 3 ? 3 : 0] ^= 0x41;
+  return STATUS_OK;
+}
+
 Status buffer_read_part(Device *device, const DeviceBuffer *buffer, size_t offset, void *to, size_t bytes, Log *log)
 {
   if (bytes == 0) return STATUS_OK;
   cl_int error = fault_due("read")
                      ? CL_OUT_OF_RESOURCES
                      : clEnqueueReadBuffer(device->queue, buffer->memory, CL_TRUE, offset, bytes, to, 0, NULL, NULL);
-  if (error != CL_SUCCESS) return transfer_fail(log, device, "a transfer from it", error);
-  if (fault_due("corrupt")) ((unsigned char *)to)[bytes > 3 ? 3 : 0] ^= 0x41;
-  return STATUS_OK;
+  return read_check(device, error, to, bytes, log);
+}
+
+Status buffer_view_open(BufferView *out, Device *device, const DeviceBuffer *buffer, const char *what, Log *log)
+{
+  Status status = STATUS_OK;
+  BufferView view = {.device = device, .memory = buffer->memory};
+  if (device->info.is_gpu) {
+    view.data = view.copy = large_array(buffer->bytes, 1);
+    if (!view.copy) return log_no_memory(log, what);
+    TRY(buffer_read(device, buffer, view.copy, buffer->bytes, log));
+  } else {
+    cl_int error = CL_OUT_OF_RESOURCES;
+    if (!fault_due("read"))
+      view.data = clEnqueueMapBuffer(device->queue, buffer->memory, CL_TRUE, CL_MAP_READ, 0, buffer->bytes, 0, NULL,
+                                     NULL, &error);
+    TRY(read_check(device, error, view.data, buffer->bytes, log));
+  }
+  *out = view;
+  view = (BufferView){0};
+
+done:
+  buffer_view_close(&view);
+  return status;
+}
+
+void buffer_view_close(BufferView *view)
+{
+  free(view->copy);
+  if (view->data && !view->copy) clEnqueueUnmapMemObject(view->device->queue, view->memory, view->data, 0, NULL, NULL);
+  *view = (BufferView){0};
 }

@@ -65,6 +65,8 @@ uint64_t device_budget(const Device *device, uint64_t asked, uint64_t usual_most
 // Makes a buffer of `bytes` (an empty one becomes 4 bytes, so that it can be passed), filled from `initial` if given.
 // `what` names it in messages. Errors: STATUS_NO_MEMORY, STATUS_TOO_LARGE (over the device's largest buffer).
 Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void *initial, const char *what, Log *log);
+// The same for what is written from end to end at once: on a CPU device its pages are huge, as those of filled ones are.
+Status buffer_create_whole(DeviceBuffer *out, Device *device, size_t bytes, const char *what, Log *log);
 void buffer_free(DeviceBuffer *buffer);
 
 // Makes a buffer of at least `bytes` anew where the one at hand is smaller: what was in it is gone. Errors: those of
@@ -93,6 +95,18 @@ Status buffer_copy_words(Device *device, const DeviceBuffer *from, size_t from_f
 // Waits for all launches before it, then copies `bytes` from the start of the buffer, or from `offset` bytes after it.
 Status buffer_read(Device *device, const DeviceBuffer *buffer, void *to, size_t bytes, Log *log);
 Status buffer_read_part(Device *device, const DeviceBuffer *buffer, size_t offset, void *to, size_t bytes, Log *log);
+
+// What a buffer holds, to be looked at here: where it lies on a CPU device, elsewhere a copy.
+typedef struct BufferView {
+  void *data;  // not to be written
+  void *copy, *memory;
+  Device *device;
+} BufferView;
+
+// Waits for all launches before it; the buffer must be there, and nobody write to it, until buffer_view_close. `what`
+// names it in messages. Errors: STATUS_DEVICE, STATUS_NO_MEMORY.
+Status buffer_view_open(BufferView *out, Device *device, const DeviceBuffer *buffer, const char *what, Log *log);
+void buffer_view_close(BufferView *view);
 
 typedef struct Program Program;
 

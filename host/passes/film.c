@@ -12,8 +12,8 @@ Status film_make(Film *out, Device *device, const DeviceScene *scene, const Came
   TRY(program_kernel(&film.accumulate, film.program, "accumulate", log));
   TRY(program_kernel(&film.resolve, film.program, "resolve", log));
   TRY(buffer_create(&film.info, device, sizeof(ResolveInfo), NULL, "output settings", log));
-  TRY(buffer_create(&film.sums, device, pixels * sizeof(Float4), NULL, "picture", log));
-  TRY(buffer_create(&film.picture, device, pixels * sizeof(Float4), NULL, "picture", log));
+  TRY(buffer_create_whole(&film.sums, device, pixels * sizeof(Float4), "picture", log));
+  TRY(buffer_create_whole(&film.picture, device, pixels * sizeof(Float4), "picture", log));
   TRY(buffer_zero(device, &film.sums, log));
   if (aovs) {
     char options[128];
@@ -68,8 +68,7 @@ Status film_aov(const Film *film, Device *device, const DeviceScene *scene, cons
       log);
 }
 
-Status film_resolve(const Film *film, Device *device, const DeviceBuffer *sums, const ResolveInfo *info, float *out,
-                    Log *log)
+Status film_develop(const Film *film, Device *device, const DeviceBuffer *sums, const ResolveInfo *info, Log *log)
 {
   Status status = STATUS_OK;
   DeviceBuffer settings = film->info;
@@ -77,6 +76,16 @@ Status film_resolve(const Film *film, Device *device, const DeviceBuffer *sums, 
   TRY(device_launch(device, &film->resolve, work_items(device, info->pixel_count), info->pixel_count,
                     "resolve the picture", ARGS(ARG_BUFFER(film->info), ARG_BUFFER(*sums), ARG_BUFFER(film->picture)),
                     log));
+
+done:
+  return status;
+}
+
+Status film_resolve(const Film *film, Device *device, const DeviceBuffer *sums, const ResolveInfo *info, float *out,
+                    Log *log)
+{
+  Status status = STATUS_OK;
+  TRY(film_develop(film, device, sums, info, log));
   TRY(buffer_read(device, &film->picture, out, (size_t)info->pixel_count * sizeof(Float4), log));
 
 done:

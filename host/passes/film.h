@@ -23,6 +23,7 @@ Status film_accumulate(const Film *film, Device *device, const CameraRays *camer
 Status film_aov(const Film *film, Device *device, const DeviceScene *scene, const CameraRays *camera, const Wave *wave,
                 const RayStream *rays, const HitStream *hits, Log *log);
 
-// Turns sums into values; out is [height][width][4].
+// Turns sums into values, [height][width][4]; film_develop leaves them in film->picture.
+Status film_develop(const Film *film, Device *device, const DeviceBuffer *sums, const ResolveInfo *info, Log *log);
 Status film_resolve(const Film *film, Device *device, const DeviceBuffer *sums, const ResolveInfo *info, float *out,
                     Log *log);

@@ -19,7 +19,7 @@ uint32_t aov_set_of(uint32_t names)
 
 // Everything that a picture's groups point into.
 typedef struct PictureData {
-  float *picture;                        // [pixels][4]
+  BufferView picture;                    // [pixels][4]
   float *values;                         // [AOV_VALUE_PLANES][pixels]
   uint32_t *ids;                         // [AOV_ID_PLANES][pixels]
   float *direct;                         // [pixels][4]
@@ -31,9 +31,10 @@ typedef struct PictureData {
 
 static void picture_data_free(PictureData *data)
 {
-  void *arrays[] = {data->picture, data->values,  data->ids,       data->direct,
-                    data->normals, data->albedos, data->positions, data->shadows};
+  void *arrays[] = {data->values,  data->ids,       data->direct, data->normals,
+                    data->albedos, data->positions, data->shadows};
   for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
+  buffer_view_close(&data->picture);
 }
 
 static void group_add(PictureData *data, ImageChannels group) { data->groups[data->group_count++] = group; }
@@ -81,20 +82,17 @@ done:
 
 static size_t pixel_count(const Frame *frame) { return (size_t)frame->camera.info.width * frame->camera.info.height; }
 
-static Status sums_read(float **out, Frame *frame, const DeviceBuffer *sums, size_t pixels, Log *log)
-{
-  *out = large_array(pixels * 4, sizeof **out);
-  if (!*out) return log_no_memory(log, "AOVs");
-  return buffer_read(frame->device, sums, *out, pixels * 4 * sizeof **out, log);
-}
-
 Status picture_lit_shares(float *out, Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
   const DeviceBuffer *buffers[3] = {&frame->lit_sums, &frame->own_sums, &frame->unshadowed_sums};
-  float *sums[3] = {NULL};
+  BufferView views[3] = {{0}};
+  const float *sums[3];
   size_t pixels = pixel_count(frame);
-  for (int i = 0; i < 3; i++) TRY(sums_read(&sums[i], frame, buffers[i], pixels, log));
+  for (int i = 0; i < 3; i++) {
+    TRY(buffer_view_open(&views[i], frame->device, buffers[i], "AOVs", log));
+    sums[i] = views[i].data;
+  }
   for (size_t i = 0; i < pixels; i++) {
     float arrives = 0, unshadowed = 0;
     for (int c = 0; c < 3; c++) {
@@ -105,7 +103,7 @@ Status picture_lit_shares(float *out, Frame *frame, Log *log)
   }
 
 done:
-  for (int i = 0; i < 3; i++) free(sums[i]);
+  for (int i = 0; i < 3; i++) buffer_view_close(&views[i]);
   return status;
 }
 
@@ -125,14 +123,17 @@ done:
 static Status aov_reflection_group(PictureData *data, Frame *frame, size_t pixels, float scale, Log *log)
 {
   Status status = STATUS_OK;
-  float *sums = NULL;
-  TRY(sums_read(&data->direct, frame, &frame->direct_sums, pixels, log));
-  TRY(sums_read(&sums, frame, &frame->film.sums, pixels, log));
+  BufferView view = {0};
+  data->direct = large_array(pixels * 4, sizeof *data->direct);
+  if (!data->direct) return log_no_memory(log, "AOVs");
+  TRY(buffer_read(frame->device, &frame->direct_sums, data->direct, pixels * 4 * sizeof *data->direct, log));
+  TRY(buffer_view_open(&view, frame->device, &frame->film.sums, "AOVs", log));
+  const float *sums = view.data;
   for (size_t i = 0; i < 4 * pixels; i++) data->direct[i] = (sums[i] - data->direct[i]) * scale;
   group_add(data, (ImageChannels){{"reflection.R", "reflection.G", "reflection.B"}, 3, 4, data->direct, 0});
 
 done:
-  free(sums);
+  buffer_view_close(&view);
   return status;
 }
 
@@ -148,15 +149,14 @@ uint64_t picture_memory_bytes(const PictureArea *area, uint32_t aovs)
 Status picture_auto_exposure(float *ev, Frame *frame, Log *log)
 {
   Status status = STATUS_OK;
-  float *sums = NULL;
-  size_t pixels = pixel_count(frame);
-  TRY(sums_read(&sums, frame, &frame->film.sums, pixels, log));
-  LightMeter meter = light_meter_read(sums, pixels, frame->request.samples);
+  BufferView sums = {0};
+  TRY(buffer_view_open(&sums, frame->device, &frame->film.sums, "the picture", log));
+  LightMeter meter = light_meter_read(sums.data, pixel_count(frame), frame->request.samples);
   *ev = light_meter_exposure_ev(&meter);
   if (!meter.lit_pixels) log_warn(log, "--exposure auto: nothing in view is lit: exposure 0 is taken");
 
 done:
-  free(sums);
+  buffer_view_close(&sums);
   return status;
 }
 
@@ -164,13 +164,13 @@ done:
 static Status picture_check(Frame *frame, const float *picture, const char *path, Log *log)
 {
   Status status = STATUS_OK;
-  float *sums = NULL;
+  BufferView sums = {0};
   size_t pixels = pixel_count(frame);
   uint32_t samples = frame->request.samples;
-  TRY(sums_read(&sums, frame, &frame->film.sums, pixels, log));
-  PictureVerdict verdict = picture_judge(picture, sums, pixels, samples);
+  TRY(buffer_view_open(&sums, frame->device, &frame->film.sums, "the picture", log));
+  PictureVerdict verdict = picture_judge(picture, sums.data, pixels, samples);
   if (verdict == PICTURE_FINE) goto done;
-  LightMeter meter = light_meter_read(sums, pixels, samples);
+  LightMeter meter = light_meter_read(sums.data, pixels, samples);
   if (verdict == PICTURE_EMPTY)
     log_warn(log, "%s: shows no surface: try --camera fit", path);
   else if (!meter.lit_pixels)
@@ -180,7 +180,7 @@ static Status picture_check(Frame *frame, const float *picture, const char *path
              (double)light_meter_exposure_ev(&meter));
 
 done:
-  free(sums);
+  buffer_view_close(&sums);
   return status;
 }
 
@@ -211,15 +211,11 @@ Status picture_write(Frame *frame, const PictureOptions *options, ImageHelper *i
   if (options->aovs && !exr) return log_fail(log, STATUS_USAGE, "%s: --aov needs a format with layers: use .exr", path);
 
   ResolveInfo resolve = picture_resolve_info(options, frame, frame->request.samples, !linear);
-  data.picture = large_array(pixels * 4, sizeof *data.picture);
-  if (!data.picture) {
-    status = log_no_memory(log, path);
-    goto done;
-  }
-  TRY(film_resolve(&frame->film, frame->device, &frame->film.sums, &resolve, data.picture, log));
-  if (!linear) TRY(picture_check(frame, data.picture, path, log));
+  TRY(film_develop(&frame->film, frame->device, &frame->film.sums, &resolve, log));
+  TRY(buffer_view_open(&data.picture, frame->device, &frame->film.picture, path, log));
+  if (!linear) TRY(picture_check(frame, data.picture.data, path, log));
   bool alpha = exr || (!options->opaque && !strcmp(format, "png"));
-  group_add(&data, (ImageChannels){{"R", "G", "B", "A"}, alpha ? 4 : 3, 4, data.picture, 0});
+  group_add(&data, (ImageChannels){{"R", "G", "B", "A"}, alpha ? 4 : 3, 4, data.picture.data, 0});
   if (frame->request.aovs & AOV_SET_SURFACE) TRY(aov_surface_groups(&data, frame, options->aovs, pixels, log));
   if (options->aovs & AOV_NAME_SHADOW) TRY(aov_shadow_group(&data, frame, pixels, log));
   if (options->aovs & AOV_NAME_REFLECTION) TRY(aov_reflection_group(&data, frame, pixels, resolve.scale, log));
