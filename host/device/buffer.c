@@ -4,6 +4,8 @@
 #include "device/device_internal.h"
 #include "device/fault.h"
 
+enum { LEAST_ADOPTED = 65536 };  // bytes that are worth it
+
 static Status buffer_fail(Log *log, Device *device, const char *what, size_t bytes, cl_int error)
 {
   bool memory = error == CL_MEM_OBJECT_ALLOCATION_FAILURE || error == CL_OUT_OF_RESOURCES ||
@@ -27,20 +29,29 @@ uint64_t device_budget(const Device *device, uint64_t asked, uint64_t usual_most
   return most < device->info.max_buffer_bytes ? most : device->info.max_buffer_bytes;
 }
 
-static void CL_CALLBACK pages_free(cl_mem memory, void *pages) { free(pages); }
+static void CL_CALLBACK memory_free(cl_mem buffer, void *memory) { free(memory); }
 
-// On a CPU device what is large and `dense`, written from end to end, lies in huge pages: most of what such buffers take
-// is page faults. Others would take up memory that nobody asks for.
+static bool is_cpu(const Device *device) { return device->info.is_pocl && !device->info.is_gpu; }
+
+// A buffer in memory that it frees in the end. NULL, and the memory is as it was, where there can be none.
+static cl_mem memory_adopt(Device *device, size_t bytes, void *memory)
+{
+  cl_int error;
+  if (!memory) return NULL;
+  cl_mem buffer = clCreateBuffer(device->context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, memory, &error);
+  if (buffer && clSetMemObjectDestructorCallback(buffer, memory_free, memory) == CL_SUCCESS) return buffer;
+  if (buffer) clReleaseMemObject(buffer);
+  return NULL;
+}
+
+// On a CPU device what is large and `dense`, written from end to end, lies in huge pages: most of what such buffers
+// take is page faults. Others would take up memory that nobody asks for.
 static cl_mem memory_create(Device *device, size_t bytes, bool dense, cl_int *error)
 {
-  const bool is_cpu = device->info.is_pocl && !device->info.is_gpu;
-  void *pages = dense && is_cpu && has_huge_pages(bytes) ? large_array(bytes, 1) : NULL;
-  if (pages) {
-    cl_mem memory = clCreateBuffer(device->context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, pages, error);
-    if (memory && clSetMemObjectDestructorCallback(memory, pages_free, pages) == CL_SUCCESS) return memory;
-    if (memory) clReleaseMemObject(memory);
-    free(pages);
-  }
+  void *pages = dense && is_cpu(device) && has_huge_pages(bytes) ? large_array(bytes, 1) : NULL;
+  cl_mem adopted = memory_adopt(device, bytes, pages);
+  if (adopted) return adopted;
+  free(pages);
   return clCreateBuffer(device->context, CL_MEM_READ_WRITE, bytes, NULL, error);
 }
 
@@ -77,6 +88,25 @@ Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void
 Status buffer_create_whole(DeviceBuffer *out, Device *device, size_t bytes, const char *what, Log *log)
 {
   return buffer_make(out, device, bytes, true, NULL, what, log);
+}
+
+Status buffer_adopt(DeviceBuffer *out, Device *device, size_t bytes, void *memory, const char *what, Log *log)
+{
+  const bool fits = is_cpu(device) && bytes >= LEAST_ADOPTED && bytes <= device->info.max_buffer_bytes &&
+                    (uintptr_t)memory % ARRAY_ALIGNMENT == 0;
+  Status status = STATUS_OK;
+  cl_mem adopted = NULL;
+  if (fits && fault_due("buffer"))
+    status = buffer_fail(log, device, what, bytes, CL_MEM_OBJECT_ALLOCATION_FAILURE);
+  else if (fits)
+    adopted = memory_adopt(device, bytes, memory);
+  if (adopted) {
+    *out = (DeviceBuffer){.memory = adopted, .bytes = bytes};
+    return STATUS_OK;
+  }
+  if (!status) status = buffer_create(out, device, bytes, memory, what, log);
+  free(memory);
+  return status;
 }
 
 Status buffer_reserve(DeviceBuffer *buffer, Device *device, size_t bytes, const char *what, Log *log)

@@ -65,8 +65,11 @@ uint64_t device_budget(const Device *device, uint64_t asked, uint64_t usual_most
 // Makes a buffer of `bytes` (an empty one becomes 4 bytes, so that it can be passed), filled from `initial` if given.
 // `what` names it in messages. Errors: STATUS_NO_MEMORY, STATUS_TOO_LARGE (over the device's largest buffer).
 Status buffer_create(DeviceBuffer *out, Device *device, size_t bytes, const void *initial, const char *what, Log *log);
-// The same for what is written from end to end at once: on a CPU device its pages are huge, as those of filled ones are.
+// The same for what is written from end to end at once: on a CPU device it has huge pages, as what is filled has.
 Status buffer_create_whole(DeviceBuffer *out, Device *device, size_t bytes, const char *what, Log *log);
+// The same filled from memory that free() frees, best a large_array: on a CPU device it becomes the buffer's own.
+// Whatever comes of it, the memory is the caller's no more.
+Status buffer_adopt(DeviceBuffer *out, Device *device, size_t bytes, void *memory, const char *what, Log *log);
 void buffer_free(DeviceBuffer *buffer);
 
 // Makes a buffer of at least `bytes` anew where the one at hand is smaller: what was in it is gone. Errors: those of

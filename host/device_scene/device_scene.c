@@ -8,15 +8,15 @@
 #include "base/clock.h"
 #include "device_scene/kept_scene.h"
 
-static Status trees_make(DeviceScene *out, SceneTrees *trees, Device *device, const FlatScene *flat, Timeline *timeline,
-                         Log *log)
+static Status trees_make(DeviceScene *out, SceneTrees *trees, Device *device, const FlatScene *flat, bool movable,
+                         Timeline *timeline, Log *log)
 {
   Status status = STATUS_OK;
   double begin_ms = clock_ms();
   TRY(scene_trees_build(trees, device, flat, log));
   if (timeline) timeline_end(timeline, "build the BVH", begin_ms);
   begin_ms = clock_ms();
-  TRY(scene_trees_put(out, device, trees, log));
+  TRY(movable ? scene_trees_put(out, device, trees, log) : scene_trees_give(out, device, trees, log));
   if (timeline) timeline_end(timeline, "upload the BVH", begin_ms);
 
 done:
@@ -44,9 +44,11 @@ static void decode_tables(float tables[2 * DECODE_TABLES])
   }
 }
 
-static Status arrays_upload(DeviceScene *out, Device *device, const FlatScene *flat, const Environment *environment,
-                            Log *log)
+// With `give` nobody needs the flat scene's large arrays here any more: on a CPU device they become the buffers' own.
+static Status arrays_upload(DeviceScene *out, Device *device, FlatScene *flat, const Environment *environment,
+                            bool give, Log *log)
 {
+  enum { LARGE = 7 };
   Status status = STATUS_OK;
   float tables[2 * DECODE_TABLES];
   decode_tables(tables);
@@ -56,7 +58,7 @@ static Status arrays_upload(DeviceScene *out, Device *device, const FlatScene *f
   const struct {
     DeviceBuffer *buffer;
     size_t bytes;
-    const void *from;
+    void *from;
     const char *what;
   } arrays[] = {
       {&out->positions, vertices * sizeof *flat->positions, flat->positions, "positions"},
@@ -65,19 +67,24 @@ static Status arrays_upload(DeviceScene *out, Device *device, const FlatScene *f
       {&out->uvs, vertices * flat->uv_set_count * sizeof *flat->uvs, flat->uvs, "texture coordinates"},
       {&out->colors, flat->colors ? vertices * sizeof *flat->colors : 0, flat->colors, "vertex colours"},
       {&out->corners, triangles * sizeof *flat->corners, flat->corners, "triangles"},
+      {&out->texels, flat->texel_count * 4, flat->texels, "textures"},
       {&out->object_starts, (flat->object_count + 1) * sizeof *flat->object_starts, flat->object_starts, "objects"},
       {&out->materials, flat->material_count * sizeof *flat->materials, flat->materials, "materials"},
       {&out->textures, flat->texture_count * sizeof *flat->textures, flat->textures, "texture table"},
-      {&out->texels, flat->texel_count * 4, flat->texels, "textures"},
       {&out->linear_from_byte, sizeof tables, tables, "decoding tables"},
       {&out->lights, flat->light_count * sizeof *flat->lights, flat->lights, "lights"},
       {&out->environment, sizeof flat->environment, &flat->environment, "environment"},
       {&out->environment_pixels, pixels * 4 * sizeof *image->pixels, image->pixels, "environment image"},
   };
-  for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
-    TRY(buffer_create(arrays[i].buffer, device, arrays[i].bytes, arrays[i].from, arrays[i].what, log));
-
-done:
+  for (size_t i = 0; give && i < LARGE; i++) {
+    if (status)
+      free(arrays[i].from);
+    else
+      status = buffer_adopt(arrays[i].buffer, device, arrays[i].bytes, arrays[i].from, arrays[i].what, log);
+  }
+  if (give) flat_scene_forget(flat);
+  for (size_t i = give ? LARGE : 0; i < sizeof arrays / sizeof *arrays && !status; i++)
+    status = buffer_create(arrays[i].buffer, device, arrays[i].bytes, arrays[i].from, arrays[i].what, log);
   return status;
 }
 
@@ -91,9 +98,9 @@ static Status scene_make(DeviceScene *out, Device *device, const Scene *scene, b
   double begin_ms = clock_ms();
   TRY(flat_scene_make(&flat, scene, log));
   if (timeline) timeline_end(timeline, "flatten the scene", begin_ms);
-  TRY(trees_make(&made, &trees, device, &flat, timeline, log));
+  TRY(trees_make(&made, &trees, device, &flat, movable, timeline, log));
   begin_ms = clock_ms();
-  TRY(arrays_upload(&made, device, &flat, &scene->environment, log));
+  TRY(arrays_upload(&made, device, &flat, &scene->environment, !movable, log));
   if (timeline) timeline_end(timeline, "upload the scene", begin_ms);
   made.vertex_count = flat.vertex_count;
   made.triangle_count = flat.triangle_count;

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/large_array.h"
 #include "device_scene/flat_scene.h"
 
 static TextureUse texture_use(const TextureSlot *slot, uint32_t uv_set_count)
@@ -83,7 +84,7 @@ static Status textures_make(FlatScene *flat, const Scene *scene, Log *log)
                       1e-6 * (double)flat->texel_count);
     goto done;
   }
-  flat->texels = malloc(4 * flat->texel_count + 4);
+  flat->texels = large_array(flat->texel_count + 1, 4);
   if (!flat->texels) {
     status = log_no_memory(log, scene->path);
     goto done;

@@ -17,6 +17,15 @@ done:
   return status;
 }
 
+void flat_scene_forget(FlatScene *flat)
+{
+  flat->positions = flat->normals = NULL;
+  flat->tangents = flat->colors = NULL;
+  flat->uvs = NULL;
+  flat->corners = NULL;
+  flat->texels = NULL;
+}
+
 void flat_scene_free(FlatScene *flat)
 {
   free(flat->positions);

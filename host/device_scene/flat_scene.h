@@ -36,6 +36,9 @@ typedef struct FlatScene {
 Status flat_scene_make(FlatScene *out, const Scene *scene, Log *log);
 void flat_scene_free(FlatScene *flat);
 
+// Forgets what vertices and triangles have, and the texels: others free them now.
+void flat_scene_forget(FlatScene *flat);
+
 // Is its shading normal bent by a texture? One that has no texture coordinates is not.
 bool primitive_has_normal_map(const Primitive *primitive, const Scene *scene);
 

@@ -1,6 +1,7 @@
 #include "device_scene/scene_trees.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "device_scene/part_bvh.h"
@@ -49,7 +50,7 @@ static void bounds_set(DeviceScene *scene, const Bvh2 *bvh2)
 // One array of the trees: where it goes, what it holds, and which elements the last refit changed.
 typedef struct TreeArray {
   DeviceBuffer *buffer;
-  const void *elements;
+  void *elements;
   size_t count, element_bytes;
   const uint8_t *moved;
   const char *what;
@@ -120,6 +121,27 @@ done:
 Status scene_trees_put(DeviceScene *scene, Device *device, const SceneTrees *trees, Log *log)
 {
   return arrays_write(scene, device, trees, array_put, log);
+}
+
+Status scene_trees_give(DeviceScene *scene, Device *device, SceneTrees *trees, Log *log)
+{
+  Status status = STATUS_OK;
+  TreeArray arrays[TREE_ARRAYS];
+  arrays_list(arrays, scene, trees);
+  bounds_set(scene, &trees->two);
+  trees->two.nodes = NULL;
+  trees->two.triangles = NULL;
+  trees->eight.nodes = NULL;
+  trees->eight.blocks = NULL;
+  for (int i = 0; i < TREE_ARRAYS; i++) {
+    const TreeArray *array = &arrays[i];
+    if (status)
+      free(array->elements);
+    else
+      status =
+          buffer_adopt(array->buffer, device, array->count * array->element_bytes, array->elements, array->what, log);
+  }
+  return status;
 }
 
 Status scene_trees_write_moved(DeviceScene *scene, Device *device, const SceneTrees *trees, Log *log)

@@ -17,6 +17,9 @@ void scene_trees_free(SceneTrees *trees);
 // Writes them whole, into buffers of exactly their sizes, and the scene's bounds. Errors: those of buffer_create.
 Status scene_trees_put(DeviceScene *scene, Device *device, const SceneTrees *trees, Log *log);
 
+// The same of trees that nobody needs here any more: on a CPU device their arrays become the buffers' own.
+Status scene_trees_give(DeviceScene *scene, Device *device, SceneTrees *trees, Log *log);
+
 // Prepares built trees, which must then stay where they are, for refits. Errors: STATUS_NO_MEMORY.
 Status scene_trees_link(SceneTrees *trees, uint32_t triangle_count, Log *log);
 
