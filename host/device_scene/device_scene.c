@@ -48,7 +48,7 @@ static void decode_tables(float tables[2 * DECODE_TABLES])
 static Status arrays_upload(DeviceScene *out, Device *device, FlatScene *flat, const Environment *environment,
                             bool give, Log *log)
 {
-  enum { LARGE = 7 };
+  enum { LARGE = 7 };  // the first of them
   Status status = STATUS_OK;
   float tables[2 * DECODE_TABLES];
   decode_tables(tables);
