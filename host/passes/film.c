@@ -3,7 +3,29 @@
 #include "passes/scene_args.h"
 #include "shared/aov.h"
 
-Status film_make(Film *out, Device *device, const DeviceScene *scene, const CameraInfo *camera, bool aovs, Log *log)
+// The pictures of the film before. False: there are none, or of another size.
+static bool pictures_take(Film *film, Film *before, size_t bytes)
+{
+  if (!before || before->sums.bytes != bytes || before->picture.bytes != bytes) return false;
+  film->sums = before->sums;
+  film->picture = before->picture;
+  before->sums = before->picture = (DeviceBuffer){0};
+  return true;
+}
+
+static Status pictures_create(Film *film, Device *device, size_t bytes, Log *log)
+{
+  Status status = STATUS_OK;
+  TRY(buffer_create_whole(&film->sums, device, bytes, "picture", log));
+  TRY(buffer_create_whole(&film->picture, device, bytes, "picture", log));
+  TRY(buffer_zero(device, &film->sums, log));
+
+done:
+  return status;
+}
+
+Status film_make(Film *out, Device *device, const DeviceScene *scene, const CameraInfo *camera, bool aovs, Film *before,
+                 Log *log)
 {
   Status status = STATUS_OK;
   Film film = {0};
@@ -12,9 +34,8 @@ Status film_make(Film *out, Device *device, const DeviceScene *scene, const Came
   TRY(program_kernel(&film.accumulate, film.program, "accumulate", log));
   TRY(program_kernel(&film.resolve, film.program, "resolve", log));
   TRY(buffer_create(&film.info, device, sizeof(ResolveInfo), NULL, "output settings", log));
-  TRY(buffer_create_whole(&film.sums, device, pixels * sizeof(Float4), "picture", log));
-  TRY(buffer_create_whole(&film.picture, device, pixels * sizeof(Float4), "picture", log));
-  TRY(buffer_zero(device, &film.sums, log));
+  if (!pictures_take(&film, before, pixels * sizeof(Float4)))
+    TRY(pictures_create(&film, device, pixels * sizeof(Float4), log));
   if (aovs) {
     char options[128];
     device_scene_options(scene, READS_SURFACES, options, sizeof options);

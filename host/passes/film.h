@@ -14,7 +14,10 @@ typedef struct Film {
   DeviceBuffer aov_values, aov_ids;  // planes of shared/aov.h; empty without AOVs
 } Film;
 
-Status film_make(Film *out, Device *device, const DeviceScene *scene, const CameraInfo *camera, bool aovs, Log *log);
+// Takes the pictures of the film before, as they are, where they are as large; NULL is none. New sums are zero: the
+// first samples of a whole picture set them.
+Status film_make(Film *out, Device *device, const DeviceScene *scene, const CameraInfo *camera, bool aovs, Film *before,
+                 Log *log);
 void film_free(Film *film);
 
 // Adds the wave's samples to `sums` (film->sums, or a buffer like it); with `begin` they set them.

@@ -94,7 +94,7 @@ static Status film_compile(Frame *frame, const Wave *wave, Log *log)
   Device *device = frame->device;
   float values[TILE_PIXELS][4];
   const ResolveInfo info = {.scale = 1, .coverage_scale = 1, .pixel_count = TILE_PIXELS};
-  TRY(film_make(&frame->film, device, frame->scene, &frame->camera.info, false, log));
+  TRY(film_make(&frame->film, device, frame->scene, &frame->camera.info, false, NULL, log));
   TRY(film_resolve(&frame->film, device, &frame->film.sums, &info, values[0], log));
   // What the caller builds first, and is at now.
   TRY(camera_rays_make(&frame->camera, device, &frame->camera.info, 1, log));

@@ -120,7 +120,8 @@ Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const Fr
   frame.light_segments = light_segments(&frame);
   TRY(tracer_make(&frame.tracer, device, scene, log));
   TRY(shader_make(&frame.shader, device, scene, &request->plan, log));
-  TRY(film_make(&frame.film, device, scene, &info, request->aovs & AOV_SET_SURFACE, log));
+  TRY(film_make(&frame.film, device, scene, &info, request->aovs & AOV_SET_SURFACE,
+                request->before ? &request->before->film : NULL, log));
   bool spawns = request->plan.reflected_rays || request->plan.transmitted_rays;
   for (int i = 0; i < (spawns ? 2 : 1); i++)
     TRY(ray_stream_make(&frame.streams[i], device, frame.capacity, 1, "rays", log));
@@ -152,7 +153,6 @@ void frame_retire(Frame *frame)
   snapshot_capture_free(&frame->snapshot_capture);
   tracer_free(&frame->tracer);
   shader_free(&frame->shader);
-  film_free(&frame->film);
   for (int i = 0; i < FRAME_STREAMS; i++) ray_stream_free(&frame->streams[i]);
   ray_stream_free(&frame->no_rays);
   ray_stream_free(&frame->shadow);
@@ -165,6 +165,7 @@ void frame_retire(Frame *frame)
 void frame_free(Frame *frame)
 {
   frame_retire(frame);
+  film_free(&frame->film);
   shadow_maps_free(&frame->shadow_maps);
   shadow_hybrid_free(&frame->shadow_hybrid);
   raster_scene_free(&frame->raster_scene);

@@ -123,7 +123,7 @@ const CameraRays *frame_camera(const Frame *frame);
 Status frame_make(Frame *out, Device *device, const DeviceScene *scene, const FrameRequest *request, Log *log);
 void frame_free(Frame *frame);
 
-// Frees all that the next frame of a sequence could not take: the picture, too.
+// Frees all that the next frame of a sequence could not take.
 void frame_retire(Frame *frame);
 
 // Renders all waves; the sums are then in frame->film. Errors: STATUS_DEVICE.
