@@ -6,7 +6,7 @@
 //         items  by kernels of a work-item a view, so that nobody waits for `seen`: what is seen, view by view, and
 //                behind it RASTER_UNSEEN up to [item_count]; starts [view_count + 1]: the first item of each view
 //
-//   Cost  15 ns a chunk and view; the list of a view takes a look at all views before it.
+//   Cost  2 ns a chunk and view; of the lists 25 ns, for that of a view takes a look at all views before it.
 
 #include "lib/view.cl"
 
